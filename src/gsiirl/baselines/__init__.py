@@ -1,0 +1,4 @@
+"""Baselines: what is known without interacting, or with both rewards given."""
+
+from gsiirl.baselines.ma_irl import MAIRL as MAIRL
+from gsiirl.baselines.marl import marl as marl

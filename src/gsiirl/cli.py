@@ -1,0 +1,138 @@
+"""The command line. Nothing heavy is imported before a command needs it, so that `--help` answers at once."""
+
+import sys
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, get_args, get_type_hints
+
+from cyclopts import App, Argument, CycloptsError, Parameter, Token
+from cyclopts.exceptions import (
+    CoercionError,
+    MissingArgumentError,
+    RepeatArgumentError,
+    UnknownCommandError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
+
+from gsiirl._version import __version__
+from gsiirl.errors import InputError
+
+app = App(
+    name="gsiirl",
+    help="Learn an expert's reward by living with it: general-sum interactive inverse reinforcement learning.",
+    version=__version__,
+    help_format="plaintext",
+    # `main` reports every error and interruption, in one line.
+    print_error=False,
+    exit_on_error=False,
+    suppress_keyboard_interrupt=False,
+    result_action="return_value",
+)
+_run = App(name="run", help="Run one experiment.")
+_run.command(
+    "gsiirl.experiments.commands:security",
+    name="security",
+    help="A defender lives with an attacker on an attack graph.",
+)
+app.command(_run)
+app.command("gsiirl.experiments.commands:resume", name="resume", help="Go on with an interrupted run.")
+
+
+@app.command
+def report(
+    *folders: Annotated[Path, Parameter(name="DIR", metavar="DIR", help="Run folders, or folders of run folders.")],
+    out: Annotated[Path, Parameter(metavar="DIR", help="Folder for the page, the figures and the tables.")],
+) -> None:
+    """Tables, figures and one HTML page from finished runs."""
+    if not folders:
+        raise InputError("DIR", "no run folder was named", "give the --out folder of at least one run")
+    from gsiirl.report import build_report
+
+    build_report(_run_folders(folders), out)
+    print(out / "index.html")
+
+
+@app.command(name="list")
+def list_known() -> None:
+    """Known experiments, scenarios, algorithms, solvers and experts."""
+    from gsiirl.experiments.security import SecurityConfig
+    from gsiirl.scenarios import known_scenarios
+
+    hints = get_type_hints(SecurityConfig)
+    known = {
+        "experiments": [name for name in _run if not name.startswith("-")],
+        "scenarios": known_scenarios(),
+        "algorithms": get_args(hints["algorithm"]),
+        "solvers": get_args(hints["solver"]),
+        "experts": get_args(hints["expert"]),
+    }
+    for kind, names in known.items():
+        print(f"{kind:<12} {', '.join(names) or 'none'}")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit status: 0, 2 for bad input, 130 when interrupted."""
+    try:
+        app(sys.argv[1:] if argv is None else list(argv))
+    except (InputError, CycloptsError) as error:
+        print(f"gsiirl: {error if isinstance(error, InputError) else _as_input_error(error)}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt as interruption:
+        print(": ".join(["gsiirl", "interrupted", *map(str, interruption.args)]), file=sys.stderr)
+        return 130
+    return 0
+
+
+def _run_folders(folders: Iterable[Path]) -> list[Path]:
+    """The run folders named, with those directly below a folder that is none itself; each once."""
+    found: dict[Path, None] = {}
+    for folder in folders:
+        if not folder.is_dir():
+            raise InputError(str(folder), "is no folder", "give the --out folder of a run")
+        runs = [folder] if _is_run(folder) else sorted(below for below in folder.iterdir() if _is_run(below))
+        if not runs:
+            raise InputError(str(folder), "neither is nor holds a run folder", "give the --out folder of a run")
+        found |= dict.fromkeys(runs)
+    return list(found)
+
+
+def _is_run(folder: Path) -> bool:
+    return (folder / "config.json").is_file()
+
+
+def _as_input_error(error: CycloptsError) -> InputError:
+    """What the parser has to say, in the words of every other error."""
+    command = " ".join(["gsiirl", *(error.command_chain or ())])
+    see_help = f"see `{command} --help`"
+    match error:
+        case UnknownCommandError(unused_tokens=[typed, *_], app=App() as parent):
+            names = [name for name in parent if name.startswith("-") == typed.startswith("-")]
+            mend = _nearest(typed, names) or f"choose from {', '.join(names)}"
+            return InputError(typed, f"is no {'flag' if typed.startswith('-') else 'command'} of `{command}`", mend)
+        case UnknownOptionError():
+            typed = error.token.keyword or error.token.value
+            names = [name for argument in error.argument_collection for name in argument.names]
+            return InputError(typed, f"is no flag of `{command}`", _nearest(typed, names) or see_help)
+        case MissingArgumentError(argument=Argument() as argument):
+            usage = " ".join(filter(None, [argument.name, argument.parameter.metavar]))
+            if error.keyword:
+                return InputError(error.keyword, "has no value", f"give it as {usage}")
+            for typed in error.unused_tokens or ():
+                if mend := _nearest(typed, argument.names):
+                    return InputError(typed, f"is no flag of `{command}`", mend)
+            return InputError(argument.name, "is missing", f"add {usage}")
+        case RepeatArgumentError():
+            return InputError(error.token.keyword or error.token.value, "is given more than once", "give it once")
+        case CoercionError(token=Token() as token):
+            return InputError(token.keyword or token.value, f"cannot be {token.value}", see_help)
+        case UnusedCliTokensError(unused_tokens=[typed, *_]):
+            return InputError(typed, f"is one argument too many for `{command}`", see_help)
+        case _:
+            return InputError(command, str(error).rstrip("."), see_help)
+
+
+def _nearest(typed: str, names: Iterable[str]) -> str | None:
+    near = get_close_matches(typed.split("=")[0], list(names), n=1)
+    return f"did you mean {near[0]}?" if near else None

@@ -1,0 +1,8 @@
+"""Forward models: from a game and rewards to a joint policy, and the yardstick that judges it."""
+
+from gsiirl.equilibria.gap import nash_gap as nash_gap
+from gsiirl.equilibria.gap import regularised_nash_gap as regularised_nash_gap
+from gsiirl.equilibria.logit import Logit as Logit
+from gsiirl.equilibria.logit import LogitSolution as LogitSolution
+from gsiirl.equilibria.response import Response as Response
+from gsiirl.equilibria.response import respond as respond

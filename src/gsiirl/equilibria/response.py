@@ -1,0 +1,42 @@
+"""The expert's soft best response to a played learner policy.
+
+With the learner's policy given this is a single-agent problem: backward in t, from V_T = 0,
+
+    q_t(s, a_e) = E_{a_l ~ π_l,t}[r_e(s, a) + γ E V_t+1(s')],   π_e,t ∝ exp(q_t / τ),   V_t = τ logsumexp(q_t / τ).
+
+At a logit equilibrium it returns exactly the equilibrium's π_e.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.payoff import AbstractPayoff
+
+
+class Response(eqx.Module):
+    """The response π_e (T, S, A_e) and its soft values V_e (T, S)."""
+
+    policy: Float[Array, "T S A_e"]
+    values: Float[Array, "T S"]
+
+
+def respond(
+    game: AbstractTabularGame,
+    learner_policy: Float[Array, "T S A_l"],
+    expert_reward: AbstractPayoff,
+    temperature: float | Float[Array, ""],
+    discount: float,
+) -> Response:
+    """The expert's soft best response to `learner_policy` under `expert_reward`, at temperature τ in reward units."""
+
+    def backward(values, learner_policy_now):  # noqa: ANN001, ANN202
+        payoff = expert_reward + game.continuation(values) * discount
+        action_values = payoff.expert_values(learner_policy_now) / temperature
+        values = temperature * jax.nn.logsumexp(action_values, axis=-1)
+        return values, (jax.nn.softmax(action_values, axis=-1), values)
+
+    _, (policy, values) = jax.lax.scan(backward, jnp.zeros_like(game.initial), learner_policy, reverse=True)
+    return Response(policy, values)

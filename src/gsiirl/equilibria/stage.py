@@ -1,0 +1,355 @@
+"""The logit equilibrium of one stage game, on the principal branch.
+
+With payoffs Q_l, Q_e, temperature τ and λ = 1/τ, find log-policies u = ln π_l, v = ln π_e with
+
+    R_l(u, v; λ) = u − log_softmax(λ E_{π_e} Q_l) = 0,      R_e(u, v; λ) = v − log_softmax(λ E_{π_l} Q_e) = 0.
+
+Two methods share one linear system, solved by elimination of what couples pairs of actions (`solve_coupled`) and a small
+border: two multipliers that keep the policies normalised and, along a path, the step in λ.
+
+- `_newton`: damped Newton at the target λ. It is used alone only where `_certified_unique` proves that one equilibrium
+  exists, so that it cannot find a wrong one.
+- `_follow_branch`: pseudo-arclength continuation from the uniform policies at λ = 0 (Turocy 2005) up to the first
+  crossing of the target λ; a branch that turns back on the way is flagged.
+
+Every function takes one stage game; `vmap` is outside.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from gsiirl.games.payoff import AbstractPayoff, MatchingPayoff
+from gsiirl.types import Sides
+
+_NEWTON_STEPS = 60
+_BRANCH_STEPS = 2000
+_CORRECTOR_STEPS = 3
+_LARGEST_STEP = 8.0
+_SMALLEST_STEP = 1e-7
+_LEAST_COSINE = 0.95
+_LARGEST_MISS = 0.2
+_CORRECTED = 1e-5
+
+
+class StageSolution(eqx.Module):
+    """Log-policies of a stage game, with how they were found.
+
+    `residual` is max |R| over both sides; `branch_folds` says that the principal branch turned back in λ before the
+    target; `followed` that it was followed at all (not needed where the equilibrium is provably unique); `steps` counts
+    Newton and continuation steps.
+    """
+
+    log_policies: Sides[Float[Array, " A"]]
+    residual: Float[Array, ""]
+    branch_folds: Bool[Array, ""]
+    followed: Bool[Array, ""]
+    steps: Int[Array, ""]
+
+
+def solve_stage(
+    payoffs: Sides[AbstractPayoff],
+    temperature: Float[Array, ""],
+    guess: Sides[Float[Array, " A"]],
+    tolerance: float,
+) -> StageSolution:
+    """The principal logit equilibrium of one stage game; `guess` are log-policies to start Newton's method from.
+
+    Not differentiable: see `differentiable_log_policies`.
+    """
+    target = 1.0 / temperature
+    start = _best_response(payoffs, jax.tree.map(jnp.exp, guess), target)
+    certified = _certified_unique(payoffs, target)
+    tried = _newton(payoffs, target, start, tolerance, certified)
+    unsolved = ~(certified & (tried.size <= tolerance))
+    branch = _follow_branch(payoffs, target, unsolved)
+    log_policies = jax.tree.map(lambda a, b: jnp.where(unsolved, a, b), branch.point.log_policies, tried.log_policies)
+    polished = _newton(payoffs, target, log_policies, tolerance, unsolved)
+    return StageSolution(
+        log_policies=polished.log_policies,
+        residual=jnp.where(unsolved & ~branch.arrived, jnp.inf, polished.size),
+        branch_folds=branch.folds,
+        followed=unsolved,
+        steps=tried.steps + branch.steps + polished.steps,
+    )
+
+
+def differentiable_log_policies(
+    payoffs: Sides[AbstractPayoff], temperature: Float[Array, ""], log_policies: Sides[Float[Array, " A"]]
+) -> Sides[Float[Array, " A"]]:
+    """The solution as a function of payoffs and temperature, by the implicit function theorem.
+
+    One Newton step from the solution w*: w* − J⁻¹ R(w*; payoffs, τ) with J and w* held fixed. Its value is w*, its first
+    derivative is −J⁻¹ ∂R, in forward and in reverse mode.
+    """
+    frozen = jax.lax.stop_gradient(log_policies)
+    residual = _residual(payoffs, frozen, 1.0 / temperature)
+    held = jax.lax.stop_gradient(payoffs)
+    step = _newton_direction(held, frozen, jax.lax.stop_gradient(1.0 / temperature), residual)
+    return jax.tree.map(jnp.add, frozen, step)
+
+
+def _best_response(payoffs: Sides[AbstractPayoff], policies: Sides, inverse_temperature: Float[Array, ""]) -> Sides:
+    return Sides(
+        jax.nn.log_softmax(inverse_temperature * payoffs.learner.learner_values(policies.expert)),
+        jax.nn.log_softmax(inverse_temperature * payoffs.expert.expert_values(policies.learner)),
+    )
+
+
+def _residual(payoffs: Sides[AbstractPayoff], log_policies: Sides, inverse_temperature: Float[Array, ""]) -> Sides:
+    policies = jax.tree.map(jnp.exp, log_policies)
+    return jax.tree.map(jnp.subtract, log_policies, _best_response(payoffs, policies, inverse_temperature))
+
+
+def _size(residual: Sides) -> Float[Array, ""]:
+    return jnp.maximum(jnp.max(jnp.abs(residual.learner)), jnp.max(jnp.abs(residual.expert)))
+
+
+def _normalised(log_policies: Sides) -> Sides:
+    return jax.tree.map(jax.nn.log_softmax, log_policies)
+
+
+def _newton_direction(
+    payoffs: Sides[AbstractPayoff], log_policies: Sides, inverse_temperature: Float[Array, ""], residual: Sides
+) -> Sides:
+    """−J⁻¹ R among directions that keep both policies normalised (π_l·u = 0, π_e·v = 0)."""
+    policies = jax.tree.map(jnp.exp, log_policies)
+    one_l, one_e = jnp.ones_like(residual.learner), jnp.ones_like(residual.expert)
+    zero_l, zero_e = jnp.zeros_like(one_l), jnp.zeros_like(one_e)
+    columns = payoffs.learner.solve_coupled(
+        payoffs.expert,
+        policies,
+        inverse_temperature,
+        Sides(jnp.stack([-residual.learner, one_l, zero_l]), jnp.stack([-residual.expert, zero_e, one_e])),
+    )
+    # u = c₀ − κ_l c₁ − κ_e c₂ with the multipliers κ from normalisation.
+    on_learner = jnp.sum(columns.learner * policies.learner[None, :], axis=1)
+    on_expert = jnp.sum(columns.expert * policies.expert[None, :], axis=1)
+    determinant = on_learner[1] * on_expert[2] - on_learner[2] * on_expert[1]
+    kappa_l = (on_learner[0] * on_expert[2] - on_learner[2] * on_expert[0]) / determinant
+    kappa_e = (on_learner[1] * on_expert[0] - on_learner[0] * on_expert[1]) / determinant
+    return jax.tree.map(lambda c: c[0] - kappa_l * c[1] - kappa_e * c[2], columns)
+
+
+class _Newton(eqx.Module):
+    log_policies: Sides
+    direction: Sides
+    length: Float[Array, ""]
+    size: Float[Array, ""]
+    steps: Int[Array, ""]
+
+
+def _newton(
+    payoffs: Sides[AbstractPayoff],
+    inverse_temperature: Float[Array, ""],
+    start: Sides,
+    tolerance: float,
+    wanted: Bool[Array, ""],
+) -> _Newton:
+    """Newton's method with step halving on max |R|; stops at `tolerance`, or where no step helps any more."""
+    residual = _residual(payoffs, start, inverse_temperature)
+    direction = _newton_direction(payoffs, start, inverse_temperature, residual)
+    one = jnp.ones_like(_size(residual))
+
+    def unfinished(state: _Newton) -> Bool[Array, ""]:
+        return wanted & (state.size > tolerance) & (state.steps < _NEWTON_STEPS) & (state.length > 1e-6)
+
+    def body(state: _Newton) -> _Newton:
+        trial = _normalised(
+            jax.tree.map(lambda w, d: w + state.length * d, state.log_policies, state.direction)
+        )
+        residual = _residual(payoffs, trial, inverse_temperature)
+        size = _size(residual)
+        accepted = size < (1.0 - 1e-3 * state.length) * state.size
+        direction = _newton_direction(payoffs, trial, inverse_temperature, residual)
+
+        def choose(new, old):  # noqa: ANN001, ANN202
+            return jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, old)
+
+        return _Newton(
+            log_policies=choose(trial, state.log_policies),
+            direction=choose(direction, state.direction),
+            length=jnp.where(accepted, one, 0.5 * state.length),
+            size=choose(size, state.size),
+            steps=state.steps + 1,
+        )
+
+    initial = _Newton(start, direction, one, _size(residual), jnp.zeros((), jnp.int32))
+    return jax.lax.while_loop(unfinished, body, initial)
+
+
+def _certified_unique(payoffs: Sides[AbstractPayoff], inverse_temperature: Float[Array, ""]) -> Bool[Array, ""]:
+    """Whether the stage game provably has one logit equilibrium at λ; False means "not proved".
+
+    For matching payoffs the Jacobian's determinant at an equilibrium is ∏_b D_b times that of a 2x2 Schur complement, with
+    D = 1 − λ² z_l z_e π_l π_e. Both factors are positive at every equilibrium when, with upper bounds p̄, q̄ of the policies,
+
+        λ² max_b (z_l⁺ q̄) max_b (z_e⁺ p̄) < 1    and    λ² max_b (z_l⁻ q̄) max_b (z_e⁻ p̄) < 1.
+
+    Then every equilibrium has index +1, the indices sum to +1, and there is exactly one. The nearly zero-sum case
+    (blocking helps the learner and hurts the expert) satisfies both with a zero on the left.
+    """
+    if not isinstance(payoffs.learner, MatchingPayoff) or not isinstance(payoffs.expert, MatchingPayoff):
+        return jnp.asarray(False)
+    z_learner, z_expert = payoffs.learner.match, payoffs.expert.match
+    matches = z_learner.shape[0]
+    p_bound = _policy_bound(inverse_temperature, payoffs.learner.learner, z_learner)[:matches]
+    q_bound = _policy_bound(inverse_temperature, payoffs.expert.expert, z_expert)[:matches]
+    positive = jnp.max(jnp.maximum(z_learner, 0) * q_bound) * jnp.max(jnp.maximum(z_expert, 0) * p_bound)
+    negative = jnp.max(jnp.maximum(-z_learner, 0) * q_bound) * jnp.max(jnp.maximum(-z_expert, 0) * p_bound)
+    return inverse_temperature**2 * jnp.maximum(positive, negative) < 0.99
+
+
+def _policy_bound(
+    inverse_temperature: Float[Array, ""], own: Float[Array, " A"], match: Float[Array, " M"]
+) -> Float[Array, " A"]:
+    """Upper bounds of softmax(λ (own + match·x)) over all x in [0, 1]."""
+    gap = own.shape[0] - match.shape[0]
+    least = inverse_temperature * (own + jnp.pad(jnp.minimum(match, 0), (0, gap)))
+    most = inverse_temperature * (own + jnp.pad(jnp.maximum(match, 0), (0, gap)))
+    shift = jnp.max(least)
+    others = jnp.maximum(jnp.sum(jnp.exp(least - shift)) - jnp.exp(least - shift), 0.0)
+    # exp of at most 0 wherever the bound is not simply close to one, so nothing overflows.
+    odds = jnp.exp(jnp.minimum(most - shift, 500.0))
+    return odds / (odds + others)
+
+
+class _Point(eqx.Module):
+    log_policies: Sides
+    inverse_temperature: Float[Array, ""]
+
+
+class _Branch(eqx.Module):
+    point: _Point
+    tangent: _Point
+    length: Float[Array, ""]
+    arrived: Bool[Array, ""]
+    folds: Bool[Array, ""]
+    steps: Int[Array, ""]
+
+
+def _dot(a: _Point, b: _Point) -> Float[Array, ""]:
+    return (
+        jnp.sum(a.log_policies.learner * b.log_policies.learner)
+        + jnp.sum(a.log_policies.expert * b.log_policies.expert)
+        + a.inverse_temperature * b.inverse_temperature
+    )
+
+
+def _bordered_step(
+    payoffs: Sides[AbstractPayoff], point: _Point, residual: Sides, row: _Point, row_target: Float[Array, ""]
+) -> _Point:
+    """Solve J w + ∂R/∂λ ℓ = −R, row·(w, ℓ) = row_target, with w keeping the policies normalised.
+
+    Unlike J alone, the bordered system stays regular where the branch folds.
+    """
+    policies = jax.tree.map(jnp.exp, point.log_policies)
+    one_l, one_e = jnp.ones_like(residual.learner), jnp.ones_like(residual.expert)
+    zero_l, zero_e = jnp.zeros_like(one_l), jnp.zeros_like(one_e)
+    values = Sides(
+        payoffs.learner.learner_values(policies.expert), payoffs.expert.expert_values(policies.learner)
+    )
+    columns = payoffs.learner.solve_coupled(
+        payoffs.expert,
+        policies,
+        point.inverse_temperature,
+        Sides(
+            jnp.stack([-residual.learner, -one_l, zero_l, values.learner]),
+            jnp.stack([-residual.expert, zero_e, -one_e, values.expert]),
+        ),
+    )
+    on_learner = jnp.sum(columns.learner * policies.learner[None, :], axis=1)
+    on_expert = jnp.sum(columns.expert * policies.expert[None, :], axis=1)
+    on_row = jnp.sum(columns.learner * row.log_policies.learner[None, :], axis=1) + jnp.sum(
+        columns.expert * row.log_policies.expert[None, :], axis=1
+    )
+    last = jnp.stack([on_row[1], on_row[2], on_row[3] + row.inverse_temperature])
+    kappa_l, kappa_e, step = _solve_3x3(
+        jnp.stack([on_learner[1:], on_expert[1:], last]),
+        jnp.stack([-on_learner[0], -on_expert[0], row_target - on_row[0]]),
+    )
+    moved = jax.tree.map(lambda c: c[0] + kappa_l * c[1] + kappa_e * c[2] + step * c[3], columns)
+    return _Point(moved, step)
+
+
+def _solve_3x3(matrix: Float[Array, "3 3"], right: Float[Array, " 3"]) -> tuple[Array, Array, Array]:
+    """Cramer's rule: elementwise, so that a batch of them stays one fused loop."""
+    a, b, c = matrix[:, 0], matrix[:, 1], matrix[:, 2]
+    bc, ca, ab = jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)
+    determinant = jnp.sum(a * bc)
+    return jnp.sum(right * bc) / determinant, jnp.sum(right * ca) / determinant, jnp.sum(right * ab) / determinant
+
+
+def _follow_branch(
+    payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wanted: Bool[Array, ""]
+) -> _Branch:
+    """Follow the principal branch from λ = 0 to its first crossing of `target`."""
+    zero = jnp.zeros_like(target)
+    origin = _Point(_uniform_like(payoffs), zero)
+    nothing = jax.tree.map(jnp.zeros_like, origin.log_policies)
+    tangent = _unit(_bordered_step(payoffs, origin, nothing, _Point(nothing, zero + 1.0), zero + 1.0))
+
+    def unfinished(branch: _Branch) -> Bool[Array, ""]:
+        return wanted & ~branch.arrived & (branch.steps < _BRANCH_STEPS) & (branch.length > _SMALLEST_STEP)
+
+    def body(branch: _Branch) -> _Branch:
+        point, tangent = branch.point, branch.tangent
+        to_target = (target - point.inverse_temperature) / tangent.inverse_temperature
+        crosses = (tangent.inverse_temperature > 0) & (to_target <= branch.length)
+        length = jnp.where(crosses, to_target, branch.length)
+        predicted = jax.tree.map(lambda w, d: w + length * d, point, tangent)
+        # At the target λ is held fixed; elsewhere the corrector moves at right angles to the tangent.
+        level = _Point(nothing, zero + 1.0)
+        row = jax.tree.map(lambda a, b: jnp.where(crosses, a, b), level, tangent)
+        corrected = _Point(_normalised(predicted.log_policies), predicted.inverse_temperature)
+        for _ in range(_CORRECTOR_STEPS):
+            residual = _residual(payoffs, corrected.log_policies, corrected.inverse_temperature)
+            off = _dot(row, jax.tree.map(jnp.subtract, predicted, corrected))
+            step = _bordered_step(payoffs, corrected, residual, row, off)
+            moved = jax.tree.map(jnp.add, corrected, step)
+            corrected = _Point(_normalised(moved.log_policies), moved.inverse_temperature)
+        left = _size(_residual(payoffs, corrected.log_policies, corrected.inverse_temperature))
+        turned = _unit(_bordered_step(payoffs, corrected, nothing, tangent, zero + 1.0))
+        # A step that turns much, or that the corrector moves far, may have landed on another branch.
+        cosine = _dot(turned, tangent)
+        missed = jax.tree.map(jnp.subtract, predicted, corrected)
+        miss = jnp.sqrt(_dot(missed, missed)) / length
+        accepted = (left < _CORRECTED) & (cosine > _LEAST_COSINE) & (miss < _LARGEST_MISS)
+
+        def choose(new, old):  # noqa: ANN001, ANN202
+            return jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, old)
+
+        grown = jnp.where((cosine > 0.99) & (miss < 0.05), 2.0, 1.0) * length
+        return _Branch(
+            point=choose(corrected, point),
+            tangent=choose(turned, tangent),
+            length=jnp.minimum(jnp.where(accepted, grown, 0.5 * length), _LARGEST_STEP),
+            arrived=branch.arrived | (accepted & crosses),
+            folds=branch.folds | (accepted & ~crosses & (turned.inverse_temperature < 0)),
+            steps=branch.steps + 1,
+        )
+
+    start = _Branch(
+        point=origin,
+        tangent=tangent,
+        length=zero + 0.1,
+        arrived=jnp.asarray(False),
+        folds=jnp.asarray(False),
+        steps=jnp.zeros((), jnp.int32),
+    )
+    return jax.lax.while_loop(unfinished, body, start)
+
+
+def _unit(tangent: _Point) -> _Point:
+    norm = jnp.sqrt(_dot(tangent, tangent))
+    return jax.tree.map(lambda leaf: leaf / norm, tangent)
+
+
+def _uniform_like(payoffs: Sides[AbstractPayoff]) -> Sides:
+    learner_actions, expert_actions = payoffs.learner.number_of_actions
+    dtype = jax.tree.leaves(payoffs)[0].dtype
+    return Sides(
+        jnp.full(learner_actions, -jnp.log(learner_actions), dtype),
+        jnp.full(expert_actions, -jnp.log(expert_actions), dtype),
+    )

@@ -1,0 +1,17 @@
+"""The one error a user meets for bad input."""
+
+
+class InputError(ValueError):
+    """Bad input, said in one line: the field, what is wrong with it, and how to mend it.
+
+    Attributes:
+        field: the name the user knows it by (a flag, a configuration key, a file, an argument).
+        problem: what is wrong, with the offending value.
+        mend: what to do instead.
+    """
+
+    def __init__(self, field: str, problem: str, mend: str) -> None:
+        self.field = field
+        self.problem = problem
+        self.mend = mend
+        super().__init__(" ".join(f"{field}: {problem}; {mend}".split()))

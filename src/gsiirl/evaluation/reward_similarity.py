@@ -1,0 +1,62 @@
+"""How alike two linear rewards are, over all state-actions of a tabular game.
+
+Both measures are ratios of quadratic forms in the weights, so the features' second moments are taken once and every
+comparison after that costs O(m²). States and joint actions are uniform.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.rewards.linear import AbstractFeatures
+
+_LARGEST_SAMPLE = 1024
+
+
+class RewardSimilarity(eqx.Module):
+    """Second moments of features φ(s, a): `within` states around their mean over actions, `between` states of those means.
+
+    With A uniform over joint actions, `within` = E_s Cov_A(φ(s, A)) and `between` = Cov_s(E_A φ(s, A)), both (m, m).
+    """
+
+    within: Float[Array, "m m"]
+    between: Float[Array, "m m"]
+
+    @classmethod
+    def of(cls, game: AbstractTabularGame, features: AbstractFeatures) -> "RewardSimilarity":
+        """Over the game's states; over an even spread of 1024 of them where there are more."""
+        parameters = len(features.names)
+        spread = np.unique(np.linspace(0, game.number_of_states - 1, _LARGEST_SAMPLE).round().astype(int))
+        basis = jnp.eye(parameters, dtype=game.initial.dtype)
+        stacked = jax.vmap(features.payoff)(basis)
+
+        def of_state(state: Array) -> tuple[Array, Array]:
+            table = jax.tree.map(lambda leaf: leaf[:, state], stacked).dense().reshape(parameters, -1)
+            mean = jnp.mean(table, axis=1)
+            return table @ table.T / table.shape[1] - jnp.outer(mean, mean), mean
+
+        covariances, means = jax.lax.map(of_state, jnp.asarray(spread))
+        centred = means - jnp.mean(means, axis=0)[None, :]
+        return cls(jnp.mean(covariances, axis=0), centred.T @ centred / means.shape[0])
+
+    def pearson(self, first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
+        """Pearson correlation of two rewards over uniform (s, a)."""
+        return _cosine(self.within + self.between, first, second)
+
+    def epic(self, first: Float[Array, " m"], second: Float[Array, " m"], discount: float) -> Float[Array, ""]:
+        """EPIC distance √((1 − ρ)/2) ∈ [0, 1] of two rewards r(s, a) (Gleave et al. 2021).
+
+        Canonicalised with A uniform and s, S' independent and uniform: r(s, a) − E_A r(s, A) + γ (E_A r(s', A) − E r).
+        """
+        correlation = _cosine(self.within + discount**2 * self.between, first, second)
+        return jnp.sqrt(jnp.maximum(1.0 - correlation, 0.0) / 2.0)
+
+
+def _cosine(moments: Float[Array, "m m"], first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
+    product = jnp.vdot(first, moments @ second)
+    norms = jnp.sqrt(jnp.vdot(first, moments @ first) * jnp.vdot(second, moments @ second))
+    # A constant reward agrees with nothing: correlation 0, not 0/0.
+    return jnp.where(norms > 0, product / jnp.where(norms > 0, norms, 1.0), 0.0)

@@ -1,0 +1,71 @@
+"""Evaluation under the true rewards; no learner holds any of this."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from gsiirl.equilibria.gap import nash_gap
+from gsiirl.equilibria.logit import Logit
+from gsiirl.equilibria.response import respond
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
+from gsiirl.rewards.linear import Linear
+from gsiirl.types import Policies, Sides
+
+
+class Truth(eqx.Module):
+    """A game with both true rewards: `rewards.learner` is r_ld + r_li, `rewards.expert` is r_e. Returns are undiscounted."""
+
+    game: AbstractTabularGame
+    rewards: Sides[AbstractPayoff]
+    temperature: float
+    discount: float
+
+    def returns(self, policies: Policies) -> Sides[Float[Array, ""]]:
+        """E^π[Σ_t r_i(s_t, a_t)] of both sides."""
+        return Sides(
+            expected_return(self.game, self.rewards.learner, policies, 1.0),
+            expected_return(self.game, self.rewards.expert, policies, 1.0),
+        )
+
+    def expert_response(self, learner_policy: Float[Array, "T S A_l"]) -> Float[Array, "T S A_e"]:
+        """What the true expert plays against `learner_policy`."""
+        return respond(self.game, learner_policy, self.rewards.expert, self.temperature, self.discount).policy
+
+    def references(self) -> dict[str, Float[Array, ""]]:
+        """Returns of MARL with both true rewards (`truth_`), and of two sides that act uniformly (`random_`)."""
+        solution = Logit(self.temperature).solve(self.game, self.rewards, self.discount)
+        uniform = Sides(
+            jnp.full_like(solution.policies.learner, 1.0 / solution.policies.learner.shape[-1]),
+            jnp.full_like(solution.policies.expert, 1.0 / solution.policies.expert.shape[-1]),
+        )
+        return {**named("truth", self.returns(solution.policies)), **named("random", self.returns(uniform))}
+
+    def evaluate(self, policies: Policies) -> dict[str, Float[Array, ""]]:
+        """Returns of the pair (`model_`) and of its learner's half against the true expert (`deployed_`), and NashConv."""
+        deployed = Sides(policies.learner, self.expert_response(policies.learner))
+        return {
+            **named("model", self.returns(policies)),
+            **named("deployed", self.returns(deployed)),
+            "nash_gap": nash_gap(self.game, self.rewards, policies, self.discount),
+        }
+
+    def feature_gap(
+        self, learner_policy: Float[Array, "T S A_l"], reward: Linear, parameters: Float[Array, " m"]
+    ) -> Float[Array, ""]:
+        """‖μ_e(π_l, respond(π_l, r^θ_e)) − μ_e(π_l, true expert)‖ per unit of feature scale: what the estimate misses."""
+        modelled = respond(
+            self.game, learner_policy, reward.payoff(parameters), self.temperature, self.discount
+        ).policy
+        difference = reward_gradient_expectation(
+            self.game, reward, Sides(learner_policy, modelled), self.discount
+        ) - reward_gradient_expectation(
+            self.game, reward, Sides(learner_policy, self.expert_response(learner_policy)), self.discount
+        )
+        return jnp.linalg.norm(difference) / reward.scale
+
+
+def named(prefix: str, returns: Sides[Float[Array, ""]]) -> dict[str, Float[Array, ""]]:
+    """Returns of both sides under the names a run folder uses."""
+    return {f"{prefix}_return_learner": returns.learner, f"{prefix}_return_expert": returns.expert}

@@ -1,0 +1,1 @@
+"""Experiments: a configuration, and how a run is built from it."""

@@ -1,0 +1,109 @@
+"""Reading a configuration: from flags and a TOML file, or back from a run's `config.json`."""
+
+import difflib
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from gsiirl.errors import InputError
+from gsiirl.experiments.security import SecurityConfig
+
+FORMAT_VERSION = 1
+EXPERIMENT = "security"
+
+
+def flag(field: str) -> str:
+    """The flag of a field: `graph_seed` is `--graph-seed`."""
+    return "--" + field.replace("_", "-")
+
+
+def field_schemas() -> dict[str, dict[str, Any]]:
+    """Of each field its JSON schema, in order: `description`, `default`, and the values it accepts when it is set."""
+    schemas = TypeAdapter(SecurityConfig).json_schema()["properties"]
+    return {field.name: schemas[field.name] | _when_set(schemas[field.name]) for field in fields(SecurityConfig)}
+
+
+def choices(schema: Mapping[str, Any]) -> list[str]:
+    """The names that a field chooses from, or none where it does not."""
+    return [schema["const"]] if "const" in schema else schema.get("enum", [])
+
+
+def load_config(values: Mapping[str, Any], name: Callable[[str], str] = str) -> SecurityConfig:
+    """The configuration with these fields set and the others at their defaults.
+
+    `name` gives the name by which the user knows a field, for errors.
+
+    Raises:
+        InputError: for the first unknown field, or else the first value that its field does not accept.
+    """
+    schemas = field_schemas()
+    for field in values:
+        if field not in schemas:
+            near = difflib.get_close_matches(field, schemas, n=1)
+            mend = f"did you mean {near[0]}?" if near else f"the fields are {', '.join(schemas)}"
+            raise InputError(name(field), "is no field of the security experiment", mend)
+    try:
+        return SecurityConfig(**values)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        field, value = str(first["loc"][0]), first["input"]
+        shown = value if isinstance(value, str) and value.strip() else repr(value)
+        raise InputError(name(field), f"cannot be {shown}", _accepted(schemas[field])) from error
+
+
+def load_config_file(path: Path | None, flags: Mapping[str, Any]) -> SecurityConfig:
+    """The configuration of a TOML file whose keys are fields (or of none), with `flags` in place of what it says.
+
+    Raises:
+        InputError: see `load_config`; or the file cannot be read, or is not TOML.
+    """
+    written = {} if path is None else _read_toml(path)
+    return load_config({**written, **flags}, lambda field: flag(field) if field in flags else f"{field} in {path}")
+
+
+def config_to_dict(config: SecurityConfig) -> dict[str, Any]:
+    """What `config.json` holds: the format's version, the experiment and every field."""
+    return {"format_version": FORMAT_VERSION, "experiment": EXPERIMENT, **asdict(config)}
+
+
+def config_from_dict(content: Mapping[str, Any], source: Path) -> SecurityConfig:
+    """The configuration in the content of a `config.json`; `source` is its path, for errors.
+
+    Raises:
+        InputError: see `load_config`; or the file is of another format or experiment.
+    """
+    values = dict(content)
+    for key, known in (("format_version", FORMAT_VERSION), ("experiment", EXPERIMENT)):
+        found = values.pop(key, None)
+        if found != known:
+            raise InputError(f"{key} in {source}", f"cannot be {found!r}", f"this version of gsiirl reads {known!r}")
+    return load_config(values, lambda field: f"{field} in {source}")
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("--config", f"{path} cannot be read ({error.strerror})", "give a TOML file") from error
+    except ValueError as error:
+        raise InputError("--config", f"{path} is not TOML ({error})", "mend the file") from error
+
+
+def _when_set(schema: dict[str, Any]) -> dict[str, Any]:
+    """A schema without the null that an optional field also accepts."""
+    [alternative] = [each for each in schema.get("anyOf", [schema]) if each.get("type") != "null"]
+    return alternative
+
+
+def _accepted(schema: Mapping[str, Any]) -> str:
+    """The mend that a field's schema amounts to."""
+    if names := choices(schema):
+        return f"choose {' or '.join(names)}"
+    kinds = {"boolean": "true or false", "string": "a text", "integer": "a whole number", "number": "a number"}
+    limits = {"minimum": "of at least", "exclusiveMinimum": "above", "maximum": "at most"}
+    bounds = [f"{words} {schema[key]}" for key, words in limits.items() if key in schema]
+    return " ".join(["give", kinds[schema["type"]], " and ".join(bounds)]).rstrip()

@@ -1,0 +1,112 @@
+"""From a configuration of the security experiment to the game, the two sides, and the truth that judges them."""
+
+import math
+
+import equinox as eqx
+import jax.numpy as jnp
+import optax
+
+from gsiirl.baselines.ma_irl import MAIRL
+from gsiirl.equilibria.logit import Logit
+from gsiirl.evaluation.truth import Truth
+from gsiirl.experiments.security import SecurityConfig
+from gsiirl.expert import RespondingExpert
+from gsiirl.games.attack_graph import AttackGraph
+from gsiirl.irl.dependent_reward import DependentValue
+from gsiirl.irl.maximum_likelihood import MaximumLikelihood
+from gsiirl.learner import GSIIRL
+from gsiirl.rewards import attack_graph as rewards
+from gsiirl.rewards.linear import Linear
+from gsiirl.scenarios import load_network, random_network
+from gsiirl.scenarios.network import AttackNetwork
+from gsiirl.types import Sides
+
+
+class SecurityProblem(eqx.Module):
+    """Everything one run of the security experiment needs; only `expert` and `truth` hold the true expert reward."""
+
+    network: AttackNetwork = eqx.field(static=True)
+    game: AttackGraph
+    learner: GSIIRL
+    ma_irl: MAIRL
+    expert: RespondingExpert
+    truth: Truth
+    true_weights: dict[str, list[float]] = eqx.field(static=True)
+
+
+def network_of(config: SecurityConfig) -> AttackNetwork:
+    """The attack network a configuration names."""
+    if config.graph is not None:
+        return load_network(config.graph, config.variant)
+    return random_network(config.graph_seed, config.nodes, config.edges, config.variant)
+
+
+def lower_level_optimiser(config: SecurityConfig) -> optax.GradientTransformation:
+    return optax.adam(config.inner_step_size)
+
+
+def upper_level_optimiser(config: SecurityConfig) -> optax.GradientTransformation:
+    """Ascent with α_k = step_size / (1 + k / step_decay) on the gradient clipped to norm 1."""
+    return optax.chain(
+        optax.clip_by_global_norm(1.0),
+        optax.scale_by_learning_rate(lambda k: config.step_size / (1.0 + k / config.step_decay)),
+    )
+
+
+def build(config: SecurityConfig) -> SecurityProblem:
+    """Build the problem of a resolved configuration.
+
+    Raises:
+        InputError: when its network cannot be had.
+    """
+    network = network_of(config)
+    game = AttackGraph.create(
+        network, config.horizon, learner_no_op=config.learner_no_op, expert_no_op=config.expert_no_op
+    )
+    attack, dependent = rewards.attack_features(game), rewards.commitment_features(game)
+    expert_weights = rewards.expert_weights(network)
+    dependent_weights = rewards.dependent_weights(network)
+    # All that is known of the rewards beforehand is their unit: no weight exceeds the bound.
+    scale = config.reward_bound * math.sqrt(len(attack.names))
+    expert_reward = Linear(attack, scale)
+    dependent_reward = Linear(dependent, scale)
+    own_reward = rewards.own_reward(game, network)
+    dependent_table = dependent.payoff(jnp.asarray(dependent_weights))
+    expert_table = attack.payoff(jnp.asarray(expert_weights))
+    forward_model = Logit(config.temperature)
+    return SecurityProblem(
+        network=network,
+        game=game,
+        learner=GSIIRL(
+            game=game,
+            own_reward=own_reward,
+            dependent_value=DependentValue(dependent_table),
+            expert_reward=expert_reward,
+            dependent_reward=dependent_reward,
+            forward_model=forward_model,
+            lower_level=MaximumLikelihood(
+                temperature=config.temperature,
+                discount=config.discount,
+                regularisation=config.regularisation,
+                steps=config.inner_steps,
+                optimiser=lower_level_optimiser(config),
+            ),
+            discount=config.discount,
+            optimiser=upper_level_optimiser(config),
+            ridge=config.regularisation,
+            remembered=config.remembered,
+        ),
+        ma_irl=MAIRL(
+            game=game,
+            own_reward=own_reward,
+            rewards=Sides(dependent_reward, expert_reward),
+            forward_model=forward_model,
+            discount=config.discount,
+            regularisation=config.regularisation,
+            step_size=config.inner_step_size,
+            steps=config.inner_steps,
+        ),
+        expert=RespondingExpert(game, expert_table, config.temperature, config.discount),
+        truth=Truth(game, Sides(dependent_table + own_reward, expert_table), config.temperature, config.discount),
+        true_weights={"expert_reward": expert_weights.tolist(), "dependent_reward": dependent_weights.tolist()},
+    )

@@ -1,0 +1,45 @@
+"""The other side: somebody with aims of its own, who answers the policy that the learner plays."""
+
+import abc
+
+import equinox as eqx
+import jax
+from jaxtyping import Array, Float, PRNGKeyArray
+
+from gsiirl.equilibria.response import respond
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.games.rollout import rollout
+from gsiirl.types import Sides, Trajectories
+
+
+class AbstractExpert(eqx.Module):
+    """Anything that can be watched while it lives with a learner's policy."""
+
+    @abc.abstractmethod
+    def demonstrate(
+        self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray
+    ) -> Trajectories:
+        """`number` episodes of the expert against `learner_policy`."""
+
+
+class RespondingExpert(AbstractExpert):
+    """An expert that plays its soft best response, at temperature τ, to the policy that the learner plays.
+
+    It alone holds the true expert reward; a learner meets that reward only through the actions it sees.
+    """
+
+    game: AbstractTabularGame
+    reward: AbstractPayoff
+    temperature: float
+    discount: float
+
+    def policy(self, learner_policy: Float[Array, "T S A_l"]) -> Float[Array, "T S A_e"]:
+        """π_e = respond(π_l, r_e)."""
+        return respond(self.game, learner_policy, self.reward, self.temperature, self.discount).policy
+
+    def demonstrate(
+        self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray
+    ) -> Trajectories:
+        policies = Sides(learner_policy, self.policy(learner_policy))
+        return jax.vmap(lambda one: rollout(one, self.game, policies))(jax.random.split(key, number))

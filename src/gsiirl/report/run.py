@@ -1,0 +1,103 @@
+"""One run as the report sees it: read once, failed seeds set apart."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars
+
+from gsiirl.errors import InputError
+from gsiirl.report.estimate import Estimate
+from gsiirl.runs import Learned, RunFolder, summarise
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A metric along the iterations: mean and standard deviation over seeds, each of shape [iterations]."""
+
+    iteration: np.ndarray
+    mean: np.ndarray
+    std: np.ndarray
+
+
+@dataclass(frozen=True)
+class ReportedRun:
+    """A run's results; everything but `seeds` and `failed_seeds` is over the seeds that did not fail."""
+
+    path: Path
+    experiment: str
+    algorithm: str
+    game: dict[str, Any]
+    seeds: list[int]
+    failed_seeds: list[int]
+    iterations: int
+    completed: bool
+    final: dict[str, np.ndarray]
+    """Per metric the values of the last iteration, of shape [kept seeds]."""
+    metrics: polars.DataFrame
+    learned: Learned | None
+    paths: polars.DataFrame | None
+    wall_seconds: float | None
+
+    @classmethod
+    def read(cls, path: Path) -> "ReportedRun":
+        """Read a run folder; an interrupted run is read as far as it came.
+
+        Raises:
+            InputError: no run folder, damaged, or without any finished iteration.
+        """
+        folder = RunFolder.open(path)
+        metrics = folder.metrics()
+        if metrics.is_empty():
+            raise InputError(str(path), "has no finished iteration yet", f"use gsiirl resume {path} first")
+        summary = folder.summary() or summarise(folder.config, metrics, completed=False)
+        try:
+            failed = [int(seed) for seed in summary["failed_seeds"]]
+            return cls(
+                path=path,
+                experiment=folder.config["experiment"],
+                algorithm=folder.config["algorithm"],
+                game=folder.game,
+                seeds=[int(seed) for seed in summary["seeds"]],
+                failed_seeds=failed,
+                iterations=int(summary["iterations"]),
+                completed=bool(summary["completed"]),
+                final={name: np.array(each["per_seed"], dtype=float) for name, each in summary["final"].items()},
+                metrics=metrics.filter(~polars.col("seed").is_in(failed)),
+                learned=folder.load_learned(),
+                paths=folder.paths(),
+                wall_seconds=(folder.environment() or {}).get("wall_seconds"),
+            )
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                str(path / "summary.json"), f"is damaged ({error!r})", "start the run again in another folder"
+            ) from error
+
+    @property
+    def kept_seeds(self) -> list[int]:
+        """Seeds that did not fail."""
+        return [seed for seed in self.seeds if seed not in self.failed_seeds]
+
+    def estimate(self, metric: str) -> Estimate | None:
+        """A final metric over seeds, or None where it does not apply."""
+        values = self.final.get(metric)
+        return None if values is None or not len(values) else Estimate.over(values)
+
+    def curve(self, metric: str) -> Curve | None:
+        """A metric along the iterations, or None where it does not apply."""
+        if metric not in self.metrics.columns or self.metrics.is_empty():
+            return None
+        table = (
+            self.metrics.group_by("iteration")
+            .agg(mean=polars.col(metric).mean(), std=polars.col(metric).std(ddof=1).fill_null(0.0))
+            .sort("iteration")
+        )
+        return Curve(*(table[name].to_numpy() for name in ("iteration", "mean", "std")))
+
+    def weights(self, parameter: str) -> np.ndarray | None:
+        """Learned weights in reward units, of shape [kept seeds, features], or None where there are none."""
+        if self.learned is None or parameter not in self.learned.arrays:
+            return None
+        kept = [index for index, seed in enumerate(self.learned.seeds) if seed not in self.failed_seeds]
+        return self.learned.weights(parameter)[kept] if kept else None

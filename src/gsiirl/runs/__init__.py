@@ -1,0 +1,6 @@
+"""Run folders: what one experiment writes, and how it is read back (no JAX)."""
+
+from gsiirl.runs.checkpoint import Checkpoint as Checkpoint
+from gsiirl.runs.folder import RunFolder as RunFolder
+from gsiirl.runs.learned import Learned as Learned
+from gsiirl.runs.summary import summarise as summarise

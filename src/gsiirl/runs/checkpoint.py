@@ -1,0 +1,49 @@
+"""The checkpoint from which an interrupted run goes on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gsiirl.errors import InputError
+from gsiirl.runs.array_file import read_arrays, write_arrays
+from gsiirl.runs.json_file import FORMAT_VERSION
+
+MEND = "delete it, and gsiirl resume starts this run from its first iteration"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """State of a run after an iteration."""
+
+    arrays: dict[str, np.ndarray]
+    """The state, by name."""
+    iteration: int
+    """Last iteration done."""
+    chunks: int
+    """Metrics chunks that were complete by then; later ones do not belong to this state."""
+
+
+def write_checkpoint(path: Path, arrays: Mapping[str, np.ndarray], iteration: int, chunks: int) -> None:
+    """Replace the checkpoint at `path`."""
+    metadata = {"format_version": FORMAT_VERSION, "iteration": iteration, "chunks": chunks}
+    write_arrays(path, arrays, {name: str(value) for name, value in metadata.items()})
+
+
+def read_checkpoint(path: Path) -> Checkpoint | None:
+    """The checkpoint at `path`, or None where none was written yet.
+
+    Raises:
+        InputError: it is damaged or of an unknown format.
+    """
+    if not path.exists():
+        return None
+    arrays, metadata = read_arrays(path, MEND)
+    version = metadata.get("format_version")
+    if version != str(FORMAT_VERSION):
+        raise InputError(str(path), f"is damaged or of an unknown format (format_version {version!r})", MEND)
+    try:
+        return Checkpoint(arrays, iteration=int(metadata["iteration"]), chunks=int(metadata["chunks"]))
+    except (KeyError, ValueError) as error:
+        raise InputError(str(path), "is damaged: it names no iteration or chunks", MEND) from error

@@ -1,0 +1,37 @@
+"""The few records every part of the library speaks in."""
+
+from typing import Generic, TypeVar
+
+import equinox as eqx
+from jaxtyping import Array, Bool, Float, Int
+
+Value = TypeVar("Value")
+
+
+class Sides(eqx.Module, Generic[Value]):
+    """A value for each of the two sides of a game."""
+
+    learner: Value
+    expert: Value
+
+
+Policies = Sides[Float[Array, "..."]]
+"""Time-indexed policies: `learner` π_l(a_l|s,t) of shape (T, S, A_l), `expert` π_e(a_e|s,t) of shape (T, S, A_e)."""
+
+
+class Trajectories(eqx.Module):
+    """Episodes of equal length T; `d` of them along a leading axis.
+
+    `states` and `actions` are indices into the game's states and actions; `mask` is False after an episode has ended.
+    """
+
+    states: Int[Array, "*d T"]
+    actions: Sides[Int[Array, "*d T"]]
+    mask: Bool[Array, "*d T"]
+
+
+class Interaction(eqx.Module):
+    """What one interaction leaves the learner: the policy it played and what it saw."""
+
+    learner_policy: Float[Array, "T S A_l"]
+    demonstrations: Trajectories

@@ -1,0 +1,13 @@
+"""Settings of all tests."""
+
+import jax
+from hypothesis import settings
+
+jax.config.update("jax_enable_x64", True)
+# A rank or a precision that changes by accident is an error, not a broadcast.
+jax.config.update("jax_numpy_rank_promotion", "raise")
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+
+# The same examples in every run; no deadline, because the first example compiles.
+settings.register_profile("gsiirl", deadline=None, derandomize=True)
+settings.load_profile("gsiirl")

@@ -1,0 +1,122 @@
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gsiirl.errors import InputError
+from gsiirl.experiments.config import (
+    config_from_dict,
+    config_to_dict,
+    field_schemas,
+    load_config,
+    load_config_file,
+)
+from gsiirl.experiments.security import SecurityConfig
+
+
+def test_every_field_has_help_and_a_default():
+    schemas = field_schemas()
+    assert list(schemas) == [field.name for field in dataclasses.fields(SecurityConfig)]
+    assert all(schema["description"] and "default" in schema for schema in schemas.values())
+
+
+def test_values_replace_defaults():
+    config = load_config({"graph_seed": 3, "discount": "0.9"})
+    assert config == SecurityConfig(graph_seed=3, discount=0.9)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"seeds": 0}, "seeds: cannot be 0; give a whole number of at least 1"),
+        ({"nodes": 17}, "nodes: cannot be 17; give a whole number of at least 2 and at most 16"),
+        ({"discount": 1.5}, "discount: cannot be 1.5; give a number above 0 and at most 1"),
+        ({"temperature": float("nan")}, "temperature: cannot be nan; give a number above 0"),
+        ({"temperature": float("inf")}, "temperature: cannot be inf; give a number above 0"),
+        ({"temperature": ""}, "temperature: cannot be ''; give a number above 0"),
+        ({"temperature": [1, 2]}, "temperature: cannot be [1, 2]; give a number above 0"),
+        ({"variant": "foo"}, "variant: cannot be foo; choose general_sum or zero_sum"),
+        ({"expert": "foo"}, "expert: cannot be foo; choose responding"),
+        ({"learner_no_op": "maybe"}, "learner_no_op: cannot be maybe; give true or false"),
+        ({"graph": 3}, "graph: cannot be 3; give a text"),
+        ({"graf": "small"}, "graf: is no field of the security experiment; did you mean graph?"),
+    ],
+)
+def test_a_bad_value_is_told_in_one_line(values: dict[str, Any], message: str):
+    with pytest.raises(InputError) as raised:
+        load_config(values)
+    assert str(raised.value) == message
+
+
+def test_an_unlike_field_gets_the_list_of_fields():
+    with pytest.raises(InputError, match="xyzzy: is no field of the security experiment; the fields are algorithm, "):
+        load_config({"xyzzy": 1})
+
+
+def test_of_several_bad_values_the_first_is_told():
+    with pytest.raises(InputError) as raised:
+        load_config({"discount": 2, "seeds": 0})
+    assert raised.value.field == "seeds"  # the first in the order of the fields
+
+
+def test_flags_override_the_file(tmp_path: Path):
+    path = tmp_path / "run.toml"
+    path.write_text('algorithm = "marl"\ngraph_seed = 3\nlearner_no_op = true\n')
+    config = load_config_file(path, {"graph_seed": "4"})
+    assert config == SecurityConfig(algorithm="marl", graph_seed=4, learner_no_op=True)
+
+
+def test_an_error_names_the_flag_or_the_key_it_came_from(tmp_path: Path):
+    path = tmp_path / "run.toml"
+    path.write_text("graph_seed = -1\n")
+    with pytest.raises(InputError) as raised:
+        load_config_file(path, {})
+    assert raised.value.field == f"graph_seed in {path}"
+    with pytest.raises(InputError) as raised:
+        load_config_file(path, {"graph_seed": "-2"})
+    assert raised.value.field == "--graph-seed"
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [(b"seeds = = 3", "is not TOML"), (b"\xff\xfe", "is not TOML"), (None, "cannot be read")],
+)
+def test_an_unreadable_file_is_told(tmp_path: Path, content: bytes | None, problem: str):
+    path = tmp_path / "run.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=problem) as raised:
+        load_config_file(path, {})
+    assert "\n" not in str(raised.value)
+
+
+def test_a_configuration_survives_its_file():
+    config = SecurityConfig(algorithm="ma-irl", temperature=0.1, graph="small")
+    content = config_to_dict(config)
+    assert (content["format_version"], content["experiment"]) == (1, "security")
+    assert config_from_dict(json.loads(json.dumps(content)), Path("config.json")) == config
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format_version": 2}, "format_version in run/config.json: cannot be 2; this version of gsiirl reads 1"),
+        ({"experiment": "x"}, "experiment in run/config.json: cannot be 'x'; this version of gsiirl reads 'security'"),
+        ({"seeds": 0}, "seeds in run/config.json: cannot be 0; give a whole number of at least 1"),
+    ],
+)
+def test_a_damaged_configuration_is_told(change: dict[str, Any], message: str):
+    with pytest.raises(InputError) as raised:
+        config_from_dict(config_to_dict(SecurityConfig()) | change, Path("run/config.json"))
+    assert str(raised.value) == message
+
+
+def test_temperature_follows_the_graph(tmp_path: Path):
+    graph = tmp_path / "graph.json"
+    graph.touch()
+    assert SecurityConfig().resolved().temperature == 0.4
+    assert SecurityConfig(graph=str(graph)).resolved().temperature == 0.4
+    assert SecurityConfig(graph="small-linear").resolved().temperature == 0.05
+    assert SecurityConfig(graph="small-linear", temperature=1.0).resolved().temperature == 1.0

@@ -1,0 +1,149 @@
+"""A run folder can be made, opened and refused."""
+
+from pathlib import Path
+
+import pytest
+
+from gsiirl.errors import InputError
+from gsiirl.runs import RunFolder
+
+CONFIG = {"format_version": 1, "experiment": "security", "algorithm": "gsiirl", "seeds": 3, "temperature": 0.1 + 0.2}
+GAME = {"format_version": 1, "kind": "attack_graph", "name": "tiny", "variant": "general_sum", "horizon": 10}
+
+
+def content_of(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def one_line(error: pytest.ExceptionInfo[InputError]) -> str:
+    text = str(error.value)
+    assert "\n" not in text
+    return text
+
+
+def test_a_new_run_reads_back_as_it_was_written(tmp_path: Path) -> None:
+    made = RunFolder.create(tmp_path / "deep" / "run", CONFIG, GAME)
+    assert RunFolder.open(tmp_path / "deep" / "run") == made
+    assert made.config == CONFIG
+    assert made.game == GAME
+
+
+def test_json_keeps_key_order_and_exact_floats_and_ends_with_a_newline(tmp_path: Path) -> None:
+    RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    text = (tmp_path / "run" / "config.json").read_text()
+    assert text.index("experiment") < text.index("algorithm") < text.index("seeds")
+    assert "0.30000000000000004" in text
+    assert text.endswith("}\n")
+
+
+def test_format_version_is_added_where_the_caller_left_it_out(tmp_path: Path) -> None:
+    config = {key: value for key, value in CONFIG.items() if key != "format_version"}
+    assert RunFolder.create(tmp_path / "run", config, GAME).config == CONFIG
+
+
+def test_an_empty_folder_may_be_used(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    assert RunFolder.is_at(tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    ("config", "game", "problem"),
+    [
+        (CONFIG, GAME, "holds this run already; use gsiirl resume"),
+        ({**CONFIG, "seeds": 4}, GAME, "holds another run"),
+        (CONFIG, {**GAME, "name": "other"}, "holds another run"),
+    ],
+)
+def test_a_folder_with_a_run_is_refused_and_left_alone(tmp_path: Path, config: dict, game: dict, problem: str) -> None:
+    RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    before = content_of(tmp_path)
+    with pytest.raises(InputError) as error:
+        RunFolder.create(tmp_path / "run", config, game)
+    assert error.value.field == "--out"
+    assert problem in one_line(error)
+    assert content_of(tmp_path) == before
+
+
+def test_the_same_run_is_known_through_tuples(tmp_path: Path) -> None:
+    RunFolder.create(tmp_path / "run", {**CONFIG, "sizes": (1, 2)}, GAME)
+    with pytest.raises(InputError, match="holds this run already"):
+        RunFolder.create(tmp_path / "run", {**CONFIG, "sizes": (1, 2)}, GAME)
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "config.json"])
+def test_a_folder_with_other_files_is_refused_and_left_alone(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError) as error:
+        RunFolder.create(tmp_path, CONFIG, GAME)
+    assert "holds other files" in one_line(error)
+    assert content_of(tmp_path) == {name: b"mine"}
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "run").write_text("mine")
+    for path in (tmp_path / "run", tmp_path / "run" / "below"):
+        with pytest.raises(InputError) as error:
+            RunFolder.create(path, CONFIG, GAME)
+        assert error.value.field == "--out"
+        one_line(error)
+    assert content_of(tmp_path) == {"run": b"mine"}
+
+
+def test_nan_in_a_description_is_an_error_and_makes_no_folder(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"game.json: nodes\[1\].value is nan"):
+        RunFolder.create(tmp_path / "run", CONFIG, {**GAME, "nodes": [{"value": 1.0}, {"value": float("nan")}]})
+    assert not (tmp_path / "run").exists()
+
+
+def test_opening_what_is_no_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="is no folder"):
+        RunFolder.open(tmp_path / "absent")
+    with pytest.raises(InputError, match="is no run folder"):
+        RunFolder.open(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["config.json", "game.json"])
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("{", "no valid JSON"),
+        ('{"format_version": 1, "value": NaN}', "no valid JSON"),
+        ("[1]", "no JSON object"),
+        ('{"format_version": 99}', "unknown format_version 99"),
+        ("{}", "names no format_version"),
+        (b"\xff\xfe", "no valid JSON"),
+    ],
+)
+def test_a_damaged_description_is_named(tmp_path: Path, name: str, content: str | bytes, problem: str) -> None:
+    RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    (tmp_path / "run" / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError) as error:
+        RunFolder.open(tmp_path / "run")
+    assert name in error.value.field
+    assert problem in one_line(error)
+
+
+def test_a_config_without_an_algorithm_is_damaged(tmp_path: Path) -> None:
+    RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    (tmp_path / "run" / "config.json").write_text('{"format_version": 1, "experiment": "security"}')
+    with pytest.raises(InputError, match="names no algorithm"):
+        RunFolder.open(tmp_path / "run")
+
+
+def test_summary_and_environment_read_back_and_are_none_before(tmp_path: Path) -> None:
+    run = RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    assert run.summary() is None
+    assert run.environment() is None
+    run.write_summary({"format_version": 1, "final": {}})
+    run.write_environment({"wall_seconds": 1.5})
+    assert run.summary() == {"format_version": 1, "final": {}}
+    assert run.environment() == {"wall_seconds": 1.5}
+
+
+def test_nan_in_a_summary_is_an_error_and_keeps_the_old_one(tmp_path: Path) -> None:
+    run = RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    run.write_summary({"final": {"nash_gap": {"mean": 1.0}}})
+    with pytest.raises(ValueError, match=r"summary.json: final.nash_gap.mean is inf"):
+        run.write_summary({"final": {"nash_gap": {"mean": float("inf")}}})
+    assert run.summary() == {"format_version": 1, "final": {"nash_gap": {"mean": 1.0}}}

@@ -1,0 +1,231 @@
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import gsiirl.experiments
+from gsiirl import __version__
+from gsiirl.cli import main
+from gsiirl.errors import InputError
+from gsiirl.experiments.config import config_to_dict
+from gsiirl.experiments.security import SecurityConfig
+
+Message = Callable[[list[str]], str]
+
+
+@pytest.fixture
+def runner(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Stands in for the runner; its `calls` are what it was asked to do."""
+    module = ModuleType("gsiirl.experiments.runner")
+    calls: list[tuple[object, ...]] = []
+    module.__dict__.update(
+        calls=calls,
+        run=lambda config, out: calls.append((config, out)),
+        resume=lambda folder: calls.append((folder,)),
+    )
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setattr(gsiirl.experiments, "runner", module, raising=False)
+    return module
+
+
+@pytest.fixture
+def reports(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[Path], Path]]:
+    """What a stand-in of the report was asked to draw."""
+    calls: list[tuple[list[Path], Path]] = []
+    module = ModuleType("gsiirl.report")
+    module.__dict__.update(build_report=lambda folders, out: calls.append((folders, out)))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    return calls
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Message:
+    """The one line with which a command line is refused."""
+
+    def message(argv: list[str]) -> str:
+        assert main(argv) == 2
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        [line] = captured.err.splitlines()
+        assert line.startswith("gsiirl: ")
+        return line.removeprefix("gsiirl: ")
+
+    return message
+
+
+def make_run(folder: Path, **changes: object) -> Path:
+    folder.mkdir(parents=True)
+    game = {"format_version": 1, "kind": "attack_graph"}
+    (folder / "config.json").write_text(json.dumps(config_to_dict(SecurityConfig()) | changes))
+    (folder / "game.json").write_text(json.dumps(game))
+    return folder
+
+
+def test_version_and_help(capsys: pytest.CaptureFixture[str]):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == __version__
+    assert main(["--help"]) == 0
+    assert {"run", "resume", "report", "list"} <= set(capsys.readouterr().out.split())
+    assert main(["run", "security", "--help"]) == 0
+    shown = capsys.readouterr().out
+    assert "--graph-seed INT" in shown
+    assert "Discount gamma. [default: 0.95]" in shown
+
+
+def test_fields_are_flags(runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    out = tmp_path / "run"
+    flags = "--algorithm ma-irl --graph none --graph-seed=3 --temperature 1e-1 --learner-no-op --no-expert-no-op"
+    assert main(["run", "security", *flags.split(), "--out", str(out)]) == 0
+    expected = SecurityConfig(algorithm="ma-irl", graph="none", graph_seed=3, temperature=0.1, learner_no_op=True)
+    assert runner.calls == [(expected, out)]
+    [line] = capsys.readouterr().out.splitlines()
+    assert f"gsiirl report {out}" in line
+
+
+def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Path):
+    path = tmp_path / "run.toml"
+    path.write_text("seeds = 3\nlearner_no_op = true\n")
+    assert main(["run", "security", "--config", str(path), "--no-learner-no-op", "--out", "run"]) == 0
+    assert runner.calls == [(SecurityConfig(seeds=3), Path("run"))]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("secruity", "secruity: is no command of `gsiirl`; choose from run, resume, report, list"),
+        ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
+        ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
+        ("run secruity", "secruity: is no command of `gsiirl run`; did you mean security?"),
+        ("run security", "--out: is missing; add --out DIR"),
+        ("run security --ot x", "--ot: is no flag of `gsiirl run security`; did you mean --out?"),
+        ("run security --out", "--out: has no value; give it as --out DIR"),
+        ("run security --out x --seeds", "--seeds: has no value; give it as --seeds INT"),
+        ("run security --out x --seed 1", "--seed: is no flag of `gsiirl run security`; did you mean --seeds?"),
+        (
+            "run security --out x --xyz 1",
+            "--xyz: is no flag of `gsiirl run security`; see `gsiirl run security --help`",
+        ),
+        ("run security --out x --seeds 1 --seeds 2", "--seeds: is given more than once; give it once"),
+        ("run security --out x --seeds 0", "--seeds: cannot be 0; give a whole number of at least 1"),
+        ("run security --out x --iterations -1", "--iterations: cannot be -1; give a whole number of at least 0"),
+        ("run security --out x --discount 1.5", "--discount: cannot be 1.5; give a number above 0 and at most 1"),
+        ("run security --out x --temperature nan", "--temperature: cannot be nan; give a number above 0"),
+        ("run security --out x --temperature -inf", "--temperature: cannot be -inf; give a number above 0"),
+        ("run security --out x --temperature 0", "--temperature: cannot be 0; give a number above 0"),
+        ("run security --out x --temperature abc", "--temperature: cannot be abc; give a number above 0"),
+        ("run security --out x --variant foo", "--variant: cannot be foo; choose general_sum or zero_sum"),
+        ("run security --out x --seeds 0 --discount 2", "--seeds: cannot be 0; give a whole number of at least 1"),
+        ("run security --out x --learner-no-op=q", "--learner-no-op: cannot be q; see `gsiirl run security --help`"),
+        (
+            "run security --out x y",
+            "y: is one argument too many for `gsiirl run security`; see `gsiirl run security --help`",
+        ),
+        ("report --out x", "DIR: no run folder was named; give the --out folder of at least one run"),
+        ("report x", "--out: is missing; add --out DIR"),
+        ("resume", "DIR: is missing; add DIR"),
+    ],
+)
+def test_bad_input_gets_one_line(command: str, message: str, refused: Message, runner: ModuleType):
+    assert refused(command.split()) == message
+    assert runner.calls == []
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("seeds = = 3", "--config: {path} is not TOML (Invalid value (at line 1, column 9)); mend the file"),
+        ("seds = 3", "seds in {path}: is no field of the security experiment; did you mean seeds?"),
+        ("seeds = 0", "seeds in {path}: cannot be 0; give a whole number of at least 1"),
+    ],
+)
+def test_a_bad_configuration_file_gets_one_line(content: str, message: str, refused: Message, tmp_path: Path):
+    path = tmp_path / "run.toml"
+    path.write_text(content)
+    assert refused(["run", "security", "--out", "x", "--config", str(path)]) == message.format(path=path)
+
+
+def test_bad_input_found_by_the_runner_gets_one_line(runner: ModuleType, refused: Message):
+    def run(config: SecurityConfig, out: Path) -> None:
+        raise InputError("--graph", f"{config.graph} is not known", "see `gsiirl list`")
+
+    runner.__dict__["run"] = run
+    message = refused(["run", "security", "--graph", "smal", "--out", "x"])
+    assert message == "--graph: smal is not known; see `gsiirl list`"
+
+
+def test_an_error_of_the_program_keeps_its_traceback(runner: ModuleType):
+    def run(config: SecurityConfig, out: Path) -> None:
+        raise ValueError("a fault")
+
+    runner.__dict__["run"] = run
+    with pytest.raises(ValueError, match="a fault"):
+        main(["run", "security", "--out", "x"])
+
+
+def test_an_interrupted_run_says_how_to_go_on(runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    runner.__dict__.update(run=interrupt, resume=interrupt)
+    assert main(["run", "security", "--out", str(tmp_path / "nothing")]) == 130
+    assert capsys.readouterr().err == "gsiirl: interrupted: nothing was written yet\n"
+    folder = make_run(tmp_path / "a run")
+    for command in (["run", "security", "--out"], ["resume"]):
+        assert main([*command, str(folder)]) == 130
+        assert capsys.readouterr().err == f"gsiirl: interrupted: go on with `gsiirl resume '{folder}'`\n"
+
+
+def test_resume_goes_on_with_a_run(runner: ModuleType, tmp_path: Path):
+    folder = make_run(tmp_path / "run")
+    assert main(["resume", str(folder)]) == 0
+    assert runner.calls == [(folder,)]
+
+
+def test_a_damaged_run_is_not_resumed(runner: ModuleType, tmp_path: Path, refused: Message):
+    folder = make_run(tmp_path / "run", seeds=0)
+    path = folder / "config.json"
+    assert refused(["resume", str(folder)]).startswith(f"seeds in {path}: cannot be 0; ")
+    path.write_text("{")
+    assert str(path) in refused(["resume", str(folder)])
+    path.unlink()
+    assert str(folder) in refused(["resume", str(folder)])
+    assert runner.calls == []
+
+
+def test_report_takes_runs_and_folders_of_runs(
+    reports: list[tuple[list[Path], Path]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    first, second, third = (make_run(tmp_path / name) for name in ("all/a", "all/b", "other"))
+    (tmp_path / "all" / "notes").mkdir()
+    out = tmp_path / "report"
+    assert main(["report", str(third), str(tmp_path / "all"), str(first), "--out", str(out)]) == 0
+    assert reports == [([third, first, second], out)]
+    assert capsys.readouterr().out == f"{out / 'index.html'}\n"
+
+
+def test_report_refuses_a_folder_without_runs(reports: list[tuple[list[Path], Path]], tmp_path: Path, refused: Message):
+    assert refused(["report", str(tmp_path), "--out", "x"]).startswith(f"{tmp_path}: neither is nor holds a run")
+    missing = tmp_path / "missing"
+    assert refused(["report", str(missing), "--out", "x"]).startswith(f"{missing}: is no folder")
+    assert reports == []
+
+
+def test_list_names_what_is_known(capsys: pytest.CaptureFixture[str]):
+    assert main(["list"]) == 0
+    known = {line.split()[0]: line.split(maxsplit=1)[1] for line in capsys.readouterr().out.splitlines()}
+    assert list(known) == ["experiments", "scenarios", "algorithms", "solvers", "experts"]
+    assert known["experiments"] == "security"
+    assert known["algorithms"] == "gsiirl, ma-irl, marl"
+    assert "small-linear" in known["scenarios"].split(", ")
+
+
+def test_the_program_exits_with_the_status_of_main():
+    arguments = ["run", "security", "--seeds", "0", "--out", "x"]
+    finished = subprocess.run([sys.executable, "-m", "gsiirl", *arguments], capture_output=True, text=True, check=False)
+    assert finished.returncode == 2
+    assert finished.stderr == "gsiirl: --seeds: cannot be 0; give a whole number of at least 1\n"
+    assert finished.stdout == ""

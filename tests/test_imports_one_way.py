@@ -1,0 +1,138 @@
+"""Imports run one way, and what needs no JAX loads none."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import gsiirl
+
+PACKAGE = Path(gsiirl.__file__).parent
+
+LAYERS = [
+    {"types"},
+    {"games", "rewards"},
+    {"equilibria"},
+    {"irl"},
+    {"interaction", "expert", "learner"},
+    {"baselines", "evaluation"},
+    {"experiments"},
+    {"cli"},
+    {"__main__"},
+]
+"""Lowest first: a part imports its own layer and those below it."""
+
+STANDALONE = {"hypergradients", "scenarios", "runs", "report"}
+"""Parts that import none of the layers."""
+
+READERS = {
+    "hypergradients": {"learner", "baselines", "experiments"},
+    "scenarios": {"games", "rewards", "experiments", "cli"},
+    "runs": {"report", "experiments", "cli"},
+    "report": {"experiments", "cli"},
+}
+"""Who may import a standalone part."""
+
+EVERYWHERE = {"errors", "_version"}
+
+WITHOUT_JAX = {"__init__", "__main__", "_version", "cli", "errors", "report", "runs", "scenarios"}
+WITHOUT_JAX_MODULES = {
+    "gsiirl.experiments",
+    "gsiirl.experiments.commands",
+    "gsiirl.experiments.config",
+    "gsiirl.experiments.security",
+}
+
+
+def modules() -> Iterator[tuple[str, Path]]:
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts), path
+
+
+def part_of(module: str) -> str:
+    """`games` for `gsiirl.games.payoff`, `__init__` for the package itself."""
+    return module.split(".")[1] if "." in module else "__init__"
+
+
+def imports(tree: ast.AST, module_level_only: bool = False) -> Iterator[str]:
+    """Full names of what a module imports; `from a import b` counts as `a.b`."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "imports are absolute"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif module_level_only and (isinstance(node, ast.FunctionDef | ast.Lambda) or is_type_checking(node)):
+            continue
+        else:
+            yield from imports(node, module_level_only)
+
+
+def is_type_checking(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "typing.TYPE_CHECKING")
+
+
+def level(part: str) -> int | None:
+    return next((index for index, layer in enumerate(LAYERS) if part in layer), None)
+
+
+def is_allowed(importer: str, imported: str) -> bool:
+    if imported in EVERYWHERE or importer == imported or importer == "__init__":
+        return True
+    if imported in STANDALONE:
+        return importer in READERS[imported]
+    lower, upper = level(imported), level(importer)
+    return lower is not None and upper is not None and lower <= upper
+
+
+@pytest.mark.parametrize(("module", "path"), list(modules()))
+def test_imports_run_one_way(module: str, path: Path):
+    part = part_of(module)
+    assert part in EVERYWHERE | STANDALONE | {"__init__"} or level(part) is not None, f"{part} has no layer yet"
+    own = [name for name in imports(ast.parse(path.read_text())) if name.startswith("gsiirl.")]
+    assert [name for name in own if not is_allowed(part, part_of(name))] == []
+
+
+@pytest.mark.parametrize(
+    ("module", "path"),
+    [(module, path) for module, path in modules() if part_of(module) in WITHOUT_JAX or module in WITHOUT_JAX_MODULES],
+)
+def test_no_jax_at_module_level(module: str, path: Path):
+    needs_jax = {"jax", "jaxlib", "equinox", "optax", "jaxtyping"}
+    used = {name.split(".")[0] for name in imports(ast.parse(path.read_text()), module_level_only=True)}
+    assert used & needs_jax == set()
+
+
+def test_a_forbidden_import_is_seen():
+    assert not is_allowed("games", "irl")
+    assert not is_allowed("report", "games")
+    assert not is_allowed("equilibria", "hypergradients")
+    assert list(imports(ast.parse("def f():\n    from gsiirl.irl import memory"))) == ["gsiirl.irl.memory"]
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import gsiirl, gsiirl.cli, gsiirl.scenarios, gsiirl.runs, gsiirl.report, gsiirl.experiments.config",
+        "from gsiirl.cli import main; main(['--help'])",
+        "from gsiirl.cli import main; main(['run', 'security', '--help'])",
+        "from gsiirl.cli import main; main(['list'])",
+    ],
+)
+def test_jax_is_not_loaded(code: str):
+    check = "import sys; sys.exit('jax' in sys.modules)"
+    finished = subprocess.run([sys.executable, "-c", f"{code}; {check}"], capture_output=True, text=True, check=False)
+    assert (finished.returncode, finished.stderr) == (0, "")
+
+
+def test_help_loads_nothing_heavy():
+    check = (
+        "import sys; sys.exit(', '.join({'pydantic', 'polars', 'matplotlib', 'networkx', 'numpy'} & {*sys.modules}))"
+    )
+    code = f"from gsiirl.cli import main; main(['--help']); {check}"
+    finished = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert finished.stderr.strip() == ""
