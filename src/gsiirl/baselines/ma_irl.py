@@ -2,7 +2,7 @@
 
 Per iteration, under the same forward model and in the same reward classes as GSIIRL,
 
-    θ_i ← Proj(θ_i − β ((μ_i(π^θ) − μ̂_i(D*)) + τ λ θ_i))       for both sides i
+    θ_i ← Proj(θ_i − step of ((μ_i(π^θ) − μ̂_i(D*)) + τ λ θ_i))       for both sides i
 
 The paper names Lin et al. 2019, but that is a one-shot program on known policies and cannot give its per-iteration curves.
 """
@@ -25,12 +25,13 @@ class MAIRLState(eqx.Module):
 
     parameters: Sides[Float[Array, "..."]]
     demonstrated: Sides[Float[Array, "..."]]
+    optimiser: optax.OptState
 
 
 class MAIRL(eqx.Module):
     """Two-sided feature matching on fixed demonstrations D* of the true game; it never interacts.
 
-    `own_reward` is r_li, known; `rewards` are the parametric r_ld^θ_l and r_e^θ_e. β = `step_size`, λ = `regularisation`,
+    `own_reward` is r_li, known; `rewards` are the parametric r_ld^θ_l and r_e^θ_e; λ = `regularisation`; `optimiser` makes
     `steps` matching steps an iteration.
     """
 
@@ -40,18 +41,20 @@ class MAIRL(eqx.Module):
     forward_model: Logit
     discount: float
     regularisation: float
-    step_size: float
     steps: int = eqx.field(static=True)
+    optimiser: optax.GradientTransformation = eqx.field(static=True)
 
     def init(self, key: PRNGKeyArray, demonstrations: Trajectories) -> MAIRLState:
         """Random parameters in the unit ball, and what the demonstrations say."""
         dtype = self.game.initial.dtype
         learner_key, expert_key = jax.random.split(key)
+        parameters = Sides(
+            self.rewards.learner.initial_parameters(learner_key, dtype),
+            self.rewards.expert.initial_parameters(expert_key, dtype),
+        )
         return MAIRLState(
-            parameters=Sides(
-                self.rewards.learner.initial_parameters(learner_key, dtype),
-                self.rewards.expert.initial_parameters(expert_key, dtype),
-            ),
+            parameters=parameters,
+            optimiser=self.optimiser.init(parameters),
             demonstrated=Sides(
                 sampled_reward_gradient(self.rewards.learner, demonstrations, self.discount, dtype),
                 sampled_reward_gradient(self.rewards.expert, demonstrations, self.discount, dtype),
@@ -65,20 +68,27 @@ class MAIRL(eqx.Module):
     def update(self, state: MAIRLState) -> MAIRLState:
         """One iteration: `steps` projected feature-matching steps for both sides together."""
 
-        def one_step(_: int, parameters: Sides) -> Sides:
+        def one_step(_: int, carry: tuple[Sides, optax.OptState]) -> tuple[Sides, optax.OptState]:
+            parameters, optimiser = carry
             policies = self._forward(parameters).policies
 
-            def moved(reward: Linear, theta: Array, demonstrated: Array) -> Array:
+            def gradient(reward: Linear, theta: Array, demonstrated: Array) -> Array:
                 gap = reward_gradient_expectation(self.game, reward, policies, self.discount) - demonstrated
-                penalty = self.forward_model.temperature * self.regularisation * theta
-                return optax.projections.projection_l2_ball(theta - self.step_size * (gap + penalty), 1.0)
+                return gap + self.forward_model.temperature * self.regularisation * theta
 
-            return Sides(
-                moved(self.rewards.learner, parameters.learner, state.demonstrated.learner),
-                moved(self.rewards.expert, parameters.expert, state.demonstrated.expert),
+            gradients = Sides(
+                gradient(self.rewards.learner, parameters.learner, state.demonstrated.learner),
+                gradient(self.rewards.expert, parameters.expert, state.demonstrated.expert),
             )
+            step, optimiser = self.optimiser.update(gradients, optimiser, parameters)
+            moved = optax.apply_updates(parameters, step)
+            return Sides(
+                optax.projections.projection_l2_ball(moved.learner, 1.0),
+                optax.projections.projection_l2_ball(moved.expert, 1.0),
+            ), optimiser
 
-        return MAIRLState(jax.lax.fori_loop(0, self.steps, one_step, state.parameters), state.demonstrated)
+        parameters, optimiser = jax.lax.fori_loop(0, self.steps, one_step, (state.parameters, state.optimiser))
+        return MAIRLState(parameters, state.demonstrated, optimiser)
 
     def _forward(self, parameters: Sides) -> LogitSolution:
         rewards = Sides(

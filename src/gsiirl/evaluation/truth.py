@@ -34,13 +34,15 @@ class Truth(eqx.Module):
         return respond(self.game, learner_policy, self.rewards.expert, self.temperature, self.discount).policy
 
     def references(self) -> dict[str, Float[Array, ""]]:
-        """Returns of MARL with both true rewards (`truth_`), and of two sides that act uniformly (`random_`)."""
+        """Returns of MARL with both true rewards (`truth_`), and of a learner that acts at random (`random_`).
+
+        The random learner meets the true expert's response. Against an expert that acts at random too, a learner's return
+        can be higher than at any equilibrium (an attacker that picks edges blindly does no harm), and says nothing.
+        """
         solution = Logit(self.temperature).solve(self.game, self.rewards, self.discount)
-        uniform = Sides(
-            jnp.full_like(solution.policies.learner, 1.0 / solution.policies.learner.shape[-1]),
-            jnp.full_like(solution.policies.expert, 1.0 / solution.policies.expert.shape[-1]),
-        )
-        return {**named("truth", self.returns(solution.policies)), **named("random", self.returns(uniform))}
+        uniform = jnp.full_like(solution.policies.learner, 1.0 / solution.policies.learner.shape[-1])
+        met = Sides(uniform, self.expert_response(uniform))
+        return {**named("truth", self.returns(solution.policies)), **named("random", self.returns(met))}
 
     def evaluate(self, policies: Policies) -> dict[str, Float[Array, ""]]:
         """Returns of the pair (`model_`) and of its learner's half against the true expert (`deployed_`), and NashConv."""

@@ -55,22 +55,36 @@ class SecurityConfig:
     """Trajectories asked of the expert in each interaction."""
     regularisation: float = Field(default=1e-3, gt=0)
     """Weight lambda of the lower level's squared norm."""
-    inner_steps: int = Field(default=4, ge=1)
-    """Projected gradient steps on the expert's parameters in each iteration."""
+    reward_bound: float | None = Field(default=None, gt=0)
+    """Bound on any one reward weight, all that is known of the rewards beforehand; default 1.5 on random graphs, 1 on
+    NASim scenarios, and the largest value or loss in a file."""
+    inner_steps: int = Field(default=10, ge=1)
+    """Projected steps on the expert's parameters in each iteration."""
     inner_step_size: float = Field(default=0.02, gt=0)
-    """Step of the lower level, on tau times the gradient."""
-    step_size: float = Field(default=0.1, gt=0)
-    """First step of the upper level, on the gradient clipped to norm 1."""
+    """Adam's step of the lower level, in the unit ball."""
+    step_size: float = Field(default=1.0, gt=0)
+    """Adam's first step of the upper level, in units of temperature: rewards change by about this much times tau."""
     step_decay: float = Field(default=20.0, gt=0)
     """Iterations after which the upper level's step is halved: step_size / (1 + k / step_decay)."""
-    remembered: int = Field(default=8, ge=1)
+    remembered: int = Field(default=16, ge=1)
     """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them."""
     device: Literal["cpu", "gpu"] = "cpu"
     """Where the arrays live."""
 
     def resolved(self) -> Self:
-        """The configuration with the temperature that a run uses when none was given."""
-        if self.temperature is not None:
-            return self
-        nasim = self.graph is not None and not Path(self.graph).is_file()
-        return replace(self, temperature=0.05 if nasim else 0.4)
+        """The configuration with the values that a run uses where none were given."""
+        from gsiirl.scenarios import load_network
+        from gsiirl.scenarios.random_graph import VALUE
+
+        if self.graph is None:
+            temperature, bound = 0.4, VALUE[1]
+        elif Path(self.graph).is_file():
+            network = load_network(self.graph, self.variant)
+            temperature, bound = 0.4, float(max(abs(network.value).max(), abs(network.criticality).max()))
+        else:
+            temperature, bound = 0.05, 1.0
+        return replace(
+            self,
+            temperature=temperature if self.temperature is None else self.temperature,
+            reward_bound=bound if self.reward_bound is None else self.reward_bound,
+        )

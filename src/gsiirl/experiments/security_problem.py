@@ -41,25 +41,9 @@ def network_of(config: SecurityConfig) -> AttackNetwork:
     return random_network(config.graph_seed, config.nodes, config.edges, config.variant)
 
 
-def lower_level_optimiser(config: SecurityConfig) -> optax.GradientTransformation:
-    return optax.adam(config.inner_step_size)
-
-
-def upper_level_optimiser(config: SecurityConfig) -> optax.GradientTransformation:
-    """Ascent with α_k = step_size / (1 + k / step_decay) on the gradient clipped to norm 1."""
-    return optax.chain(
-        optax.clip_by_global_norm(1.0),
-        optax.scale_by_learning_rate(lambda k: config.step_size / (1.0 + k / config.step_decay)),
-    )
-
-
-def build(config: SecurityConfig) -> SecurityProblem:
-    """Build the problem of a resolved configuration.
-
-    Raises:
-        InputError: when its network cannot be had.
-    """
-    network = network_of(config)
+def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
+    """Build the problem of a resolved configuration on its network."""
+    assert config.temperature is not None and config.reward_bound is not None, "the configuration is not resolved"
     game = AttackGraph.create(
         network, config.horizon, learner_no_op=config.learner_no_op, expert_no_op=config.expert_no_op
     )
@@ -68,6 +52,9 @@ def build(config: SecurityConfig) -> SecurityProblem:
     dependent_weights = rewards.dependent_weights(network)
     # All that is known of the rewards beforehand is their unit: no weight exceeds the bound.
     scale = config.reward_bound * math.sqrt(len(attack.names))
+    # A step on θ changes rewards by scale times as much; what matters to a policy is that change over the temperature.
+    first_step = config.step_size * config.temperature / scale
+    lower_level_optimiser = optax.adam(config.inner_step_size)
     expert_reward = Linear(attack, scale)
     dependent_reward = Linear(dependent, scale)
     own_reward = rewards.own_reward(game, network)
@@ -89,10 +76,10 @@ def build(config: SecurityConfig) -> SecurityProblem:
                 discount=config.discount,
                 regularisation=config.regularisation,
                 steps=config.inner_steps,
-                optimiser=lower_level_optimiser(config),
+                optimiser=lower_level_optimiser,
             ),
             discount=config.discount,
-            optimiser=upper_level_optimiser(config),
+            optimiser=optax.adam(lambda k: first_step / (1.0 + k / config.step_decay)),
             ridge=config.regularisation,
             remembered=config.remembered,
         ),
@@ -103,8 +90,8 @@ def build(config: SecurityConfig) -> SecurityProblem:
             forward_model=forward_model,
             discount=config.discount,
             regularisation=config.regularisation,
-            step_size=config.inner_step_size,
             steps=config.inner_steps,
+            optimiser=lower_level_optimiser,
         ),
         expert=RespondingExpert(game, expert_table, config.temperature, config.discount),
         truth=Truth(game, Sides(dependent_table + own_reward, expert_table), config.temperature, config.discount),
