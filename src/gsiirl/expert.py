@@ -17,9 +17,7 @@ class AbstractExpert(eqx.Module):
     """Anything that can be watched while it lives with a learner's policy."""
 
     @abc.abstractmethod
-    def demonstrate(
-        self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray
-    ) -> Trajectories:
+    def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:
         """`number` episodes of the expert against `learner_policy`."""
 
 
@@ -38,8 +36,6 @@ class RespondingExpert(AbstractExpert):
         """π_e = respond(π_l, r_e)."""
         return respond(self.game, learner_policy, self.reward, self.temperature, self.discount).policy
 
-    def demonstrate(
-        self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray
-    ) -> Trajectories:
+    def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:
         policies = Sides(learner_policy, self.policy(learner_policy))
         return jax.vmap(lambda one: rollout(one, self.game, policies))(jax.random.split(key, number))

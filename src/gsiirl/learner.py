@@ -4,8 +4,9 @@ For k = 0, …, K − 1:
 
     D_k        ← the expert's demonstrations while the learner plays π_l(k)                        line 4, into the memory
     θ_e(k+1)   ← projected gradient steps on L, warm-started at θ_e(k)                             lines 5-9
-    g          ← ∇_{θ_l} f(θ_l(k), θ_e(k+1))                                                       lines 11-14, well specified
-    θ_l(k+1)   ← Proj(θ_l(k) + α_k g)                                                              line 15, ascent
+    θ          ← θ_l(k), or the r_ld fitted to the values read, whichever has the greater f(·, θ_e(k+1))
+    g          ← ∇_{θ_l} f(θ, θ_e(k+1))                                                            lines 11-14, well specified
+    θ_l(k+1)   ← Proj(θ + step of g)                                                               line 15, ascent
 
 with f(θ_l, θ_e) = E^π[Σ_t γ^t (r_ld + r_li)] for the accessed values of r_ld, and π the forward model at
 (r^θ_l + r_li, r^θ_e).
@@ -92,8 +93,7 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
             self.game, self.expert_reward, state.expert_parameters, state.lower_optimiser, memory
         )
         accessed = state.accessed.observe(self.dependent_reward, self.dependent_value, demonstrations)
-        start = self._better_start(state.commitment, accessed.solve(self.ridge), expert_parameters)
-        gradient = jax.grad(self.objective)(start, expert_parameters)
+        start, gradient = self._ascend_from(state.commitment, accessed.solve(self.ridge), expert_parameters)
         step, upper_optimiser = self.optimiser.update(-gradient, state.upper_optimiser, start)
         return GSIIRLState(
             commitment=optax.projections.projection_l2_ball(optax.apply_updates(start, step), 1.0),
@@ -104,9 +104,7 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
             lower_optimiser=lower_optimiser,
         )
 
-    def objective(
-        self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"]
-    ) -> Float[Array, ""]:
+    def objective(self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Float[Array, ""]:
         """f(θ_l, θ_e), the learner's discounted return under the accessed values (problem (2)); it is maximised."""
         policies = self._forward(commitment, expert_parameters).policies
         accessed = self.dependent_value.table + self.own_reward
@@ -116,20 +114,19 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
         """Parameters of r_ld, by regularised least squares over the values read so far."""
         return state.accessed.solve(self.ridge)
 
-    def _better_start(
+    def _ascend_from(
         self, commitment: Float[Array, " n"], fitted: Float[Array, " n"], expert_parameters: Float[Array, " m"]
-    ) -> Float[Array, " n"]:
-        """θ_l itself, or the fitted r_ld where committing to that honestly would bring more.
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """θ_l itself, or the fitted r_ld where committing to that honestly would bring more; and ∇_{θ_l} f there.
 
         The ascent is local; from a random start it can end below what the learner would get by acting on its own reward.
         """
         candidates = jnp.stack([commitment, fitted])
-        returns = jax.vmap(self.objective, (0, None))(candidates, expert_parameters)
-        return candidates[jnp.argmax(returns)]
+        returns, gradients = jax.vmap(jax.value_and_grad(self.objective), (0, None))(candidates, expert_parameters)
+        best = jnp.argmax(returns)
+        return candidates[best], gradients[best]
 
-    def _forward(
-        self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"]
-    ) -> LogitSolution:
+    def _forward(self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> LogitSolution:
         rewards = Sides(
             self.dependent_reward.payoff(commitment) + self.own_reward, self.expert_reward.payoff(expert_parameters)
         )

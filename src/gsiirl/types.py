@@ -5,7 +5,7 @@ from typing import Generic, TypeVar
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
 
-Value = TypeVar("Value")
+Value = TypeVar("Value", covariant=True)
 
 
 class Sides(eqx.Module, Generic[Value]):

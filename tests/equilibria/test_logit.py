@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from gsiirl.equilibria import Logit, regularised_nash_gap, respond
+from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.irl.expectations import expected_return
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios import random_network
-from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.types import Sides
 from tests import helpers, oracles
 
@@ -71,7 +71,9 @@ def test_implicit_gradient_agrees_with_central_differences(temperature):
         return expected_return(game, true.learner, solution.policies, 0.95)
 
     found = jax.jit(jax.grad(objective))(theta)
-    expected = oracles.return_gradient_by_differences(lambda x: float(objective(jnp.asarray(x))), np.asarray(theta), 1e-5)
+    expected = oracles.return_gradient_by_differences(
+        lambda x: float(objective(jnp.asarray(x))), np.asarray(theta), 1e-5
+    )
     assert np.linalg.norm(found - expected) <= 1e-6 * np.linalg.norm(expected)
 
 

@@ -27,9 +27,7 @@ def test_pearson_is_that_of_the_tables(seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_epic_agrees_with_the_oracle(seed):
     features, similarity, first, second = problem(seed)
-    tables = [
-        np.broadcast_to((features @ weights).reshape(4, 6)[:, :, None], (4, 6, 4)) for weights in (first, second)
-    ]
+    tables = [np.broadcast_to((features @ weights).reshape(4, 6)[:, :, None], (4, 6, 4)) for weights in (first, second)]
     expected = oracles.epic_distance(tables[0], tables[1], 0.9)
     np.testing.assert_allclose(similarity.epic(jnp.asarray(first), jnp.asarray(second), 0.9), expected, atol=1e-12)
 

@@ -46,5 +46,7 @@ def test_dense_linear_solve_satisfies_its_equations():
     right = Sides(jnp.asarray(random.normal(size=(2, 3))), jnp.asarray(random.normal(size=(2, 4))))
     found = learner.solve_coupled(expert, policies, jnp.asarray(0.8), right)
     u, v = np.asarray(found.learner), np.asarray(found.expert)
-    np.testing.assert_allclose(u - 0.8 * (v * policies.expert) @ np.asarray(learner.values).T, right.learner, atol=1e-13)
+    np.testing.assert_allclose(
+        u - 0.8 * (v * policies.expert) @ np.asarray(learner.values).T, right.learner, atol=1e-13
+    )
     np.testing.assert_allclose(v - 0.8 * (u * policies.learner) @ np.asarray(expert.values), right.expert, atol=1e-13)

@@ -33,9 +33,7 @@ def test_lemma_1_is_the_gradient_of_the_likelihood_for_exact_occupancies(seed):
         game, reward, theta, true.learner, demonstrated, TEMPERATURE, helpers.DISCOUNT, REGULARISATION
     )
     expected = jax.grad(
-        lambda x: expected_negative_log_likelihood(
-            game, reward, x, true, TEMPERATURE, helpers.DISCOUNT, REGULARISATION
-        )
+        lambda x: expected_negative_log_likelihood(game, reward, x, true, TEMPERATURE, helpers.DISCOUNT, REGULARISATION)
     )(theta)
     assert float(jnp.linalg.norm(found - expected)) <= 1e-9 * float(jnp.linalg.norm(expected))
 
@@ -48,9 +46,7 @@ def test_likelihood_and_gradient_agree_with_the_oracle():
     )
     settings = helpers.DISCOUNT, TEMPERATURE, REGULARISATION
     expected = oracles.negative_log_likelihood(np.asarray(theta), features, dense.transition, exact, *settings)
-    found = expected_negative_log_likelihood(
-        game, reward, theta, true, TEMPERATURE, helpers.DISCOUNT, REGULARISATION
-    )
+    found = expected_negative_log_likelihood(game, reward, theta, true, TEMPERATURE, helpers.DISCOUNT, REGULARISATION)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     gradient = oracles.lemma_1_gradient(np.asarray(theta), features, dense.transition, dense.initial, exact, *settings)
     demonstrated = reward_gradient_expectation(game, reward, true, helpers.DISCOUNT)

@@ -30,7 +30,9 @@ def test_features_of_one_action_agree_with_the_payoff_over_all(make):
     theta = reward.initial_parameters(jax.random.key(0), jnp.dtype(float))
     table = reward.payoff(theta).dense()
     learner, expert = jnp.meshgrid(jnp.arange(7), jnp.arange(7), indexing="ij")
-    each = jax.vmap(jax.vmap(jax.vmap(lambda s, l, e: reward(theta, s, Sides(l, e)), (None, 0, 0)), (None, 0, 0)), (0, None, None))
+    each = jax.vmap(
+        jax.vmap(jax.vmap(lambda s, l, e: reward(theta, s, Sides(l, e)), (None, 0, 0)), (None, 0, 0)), (0, None, None)
+    )
     np.testing.assert_allclose(each(jnp.arange(16), learner, expert), table, atol=1e-14)
     assert len(reward.features.names) == reward.number_of_parameters == theta.shape[0]
 
@@ -38,7 +40,9 @@ def test_features_of_one_action_agree_with_the_payoff_over_all(make):
 def test_initial_parameters_lie_in_the_unit_ball():
     _, game, _ = helpers.small_attack_graph()
     reward = Linear(rewards.attack_features(game), 2.0)
-    drawn = jax.vmap(lambda key: reward.initial_parameters(key, jnp.dtype(float)))(jax.random.split(jax.random.key(1), 500))
+    drawn = jax.vmap(lambda key: reward.initial_parameters(key, jnp.dtype(float)))(
+        jax.random.split(jax.random.key(1), 500)
+    )
     norms = jnp.linalg.norm(drawn, axis=1)
     assert float(norms.max()) <= 1.0
     # Uniform in the ball of R^10: P(norm <= 0.9) = 0.9^10.

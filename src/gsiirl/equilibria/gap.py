@@ -33,8 +33,8 @@ def regularised_nash_gap(
     return _gap(game, rewards, policies, discount, temperature, soft_maximum)
 
 
-def _gap(game, rewards, policies, discount, temperature, maximum):  # noqa: ANN001, ANN202
-    def backward(carry, policies_now):  # noqa: ANN001, ANN202
+def _gap(game, rewards, policies, discount, temperature, maximum):
+    def backward(carry, policies_now):
         best, played = carry
         best_payoffs = Sides(
             rewards.learner + game.continuation(best.learner) * discount,
@@ -57,9 +57,7 @@ def _gap(game, rewards, policies, discount, temperature, maximum):  # noqa: ANN0
     nothing = jnp.zeros_like(game.initial)
     zeros = Sides(nothing, nothing)
     (best, played), _ = jax.lax.scan(backward, (zeros, zeros), policies, reverse=True)
-    return jnp.vdot(game.initial, best.learner - played.learner) + jnp.vdot(
-        game.initial, best.expert - played.expert
-    )
+    return jnp.vdot(game.initial, best.learner - played.learner) + jnp.vdot(game.initial, best.expert - played.expert)
 
 
 def _entropy(policy: Float[Array, "S A"]) -> Float[Array, " S"]:

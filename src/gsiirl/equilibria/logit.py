@@ -51,7 +51,7 @@ class Logit(eqx.Module):
         stage = jax.vmap(lambda q, guess: solve_stage(q, temperature, guess, tolerance))
         implicit = jax.vmap(lambda q, found: differentiable_log_policies(q, temperature, found))
 
-        def backward(carry, _):  # noqa: ANN001, ANN202
+        def backward(carry, _):
             values, guess = carry
             following = jax.tree.map(game.continuation, values)
             payoffs = Sides(
@@ -61,10 +61,8 @@ class Logit(eqx.Module):
             log_policies = implicit(payoffs, found.log_policies)
             policies = jax.tree.map(jnp.exp, log_policies)
             values = Sides(
-                temperature
-                * jax.nn.logsumexp(payoffs.learner.learner_values(policies.expert) / temperature, axis=-1),
-                temperature
-                * jax.nn.logsumexp(payoffs.expert.expert_values(policies.learner) / temperature, axis=-1),
+                temperature * jax.nn.logsumexp(payoffs.learner.learner_values(policies.expert) / temperature, axis=-1),
+                temperature * jax.nn.logsumexp(payoffs.expert.expert_values(policies.learner) / temperature, axis=-1),
             )
             return (values, log_policies), (policies, values, found.residual, found.branch_folds, found.followed)
 

@@ -32,7 +32,7 @@ def respond(
 ) -> Response:
     """The expert's soft best response to `learner_policy` under `expert_reward`, at temperature τ in reward units."""
 
-    def backward(values, learner_policy_now):  # noqa: ANN001, ANN202
+    def backward(values, learner_policy_now):
         payoff = expert_reward + game.continuation(values) * discount
         action_values = payoff.expert_values(learner_policy_now) / temperature
         values = temperature * jax.nn.logsumexp(action_values, axis=-1)

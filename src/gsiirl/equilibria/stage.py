@@ -156,15 +156,13 @@ def _newton(
         return wanted & (state.size > tolerance) & (state.steps < _NEWTON_STEPS) & (state.length > 1e-6)
 
     def body(state: _Newton) -> _Newton:
-        trial = _normalised(
-            jax.tree.map(lambda w, d: w + state.length * d, state.log_policies, state.direction)
-        )
+        trial = _normalised(jax.tree.map(lambda w, d: w + state.length * d, state.log_policies, state.direction))
         residual = _residual(payoffs, trial, inverse_temperature)
         size = _size(residual)
         accepted = size < (1.0 - 1e-3 * state.length) * state.size
         direction = _newton_direction(payoffs, trial, inverse_temperature, residual)
 
-        def choose(new, old):  # noqa: ANN001, ANN202
+        def choose(new, old):
             return jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, old)
 
         return _Newton(
@@ -247,9 +245,7 @@ def _bordered_step(
     policies = jax.tree.map(jnp.exp, point.log_policies)
     one_l, one_e = jnp.ones_like(residual.learner), jnp.ones_like(residual.expert)
     zero_l, zero_e = jnp.zeros_like(one_l), jnp.zeros_like(one_e)
-    values = Sides(
-        payoffs.learner.learner_values(policies.expert), payoffs.expert.expert_values(policies.learner)
-    )
+    values = Sides(payoffs.learner.learner_values(policies.expert), payoffs.expert.expert_values(policies.learner))
     columns = payoffs.learner.solve_coupled(
         payoffs.expert,
         policies,
@@ -281,9 +277,7 @@ def _solve_3x3(matrix: Float[Array, "3 3"], right: Float[Array, " 3"]) -> tuple[
     return jnp.sum(right * bc) / determinant, jnp.sum(right * ca) / determinant, jnp.sum(right * ab) / determinant
 
 
-def _follow_branch(
-    payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wanted: Bool[Array, ""]
-) -> _Branch:
+def _follow_branch(payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wanted: Bool[Array, ""]) -> _Branch:
     """Follow the principal branch from λ = 0 to its first crossing of `target`."""
     zero = jnp.zeros_like(target)
     origin = _Point(_uniform_like(payoffs), zero)
@@ -317,7 +311,7 @@ def _follow_branch(
         miss = jnp.sqrt(_dot(missed, missed)) / length
         accepted = (left < _CORRECTED) & (cosine > _LEAST_COSINE) & (miss < _LARGEST_MISS)
 
-        def choose(new, old):  # noqa: ANN001, ANN202
+        def choose(new, old):
             return jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, old)
 
         grown = jnp.where((cosine > 0.99) & (miss < 0.05), 2.0, 1.0) * length

@@ -57,9 +57,7 @@ class Truth(eqx.Module):
         self, learner_policy: Float[Array, "T S A_l"], reward: Linear, parameters: Float[Array, " m"]
     ) -> Float[Array, ""]:
         """‖μ_e(π_l, respond(π_l, r^θ_e)) − μ_e(π_l, true expert)‖ per unit of feature scale: what the estimate misses."""
-        modelled = respond(
-            self.game, learner_policy, reward.payoff(parameters), self.temperature, self.discount
-        ).policy
+        modelled = respond(self.game, learner_policy, reward.payoff(parameters), self.temperature, self.discount).policy
         difference = reward_gradient_expectation(
             self.game, reward, Sides(learner_policy, modelled), self.discount
         ) - reward_gradient_expectation(

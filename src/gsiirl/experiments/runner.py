@@ -100,7 +100,9 @@ def _go_on(folder: RunFolder, config: SecurityConfig, problem: SecurityProblem, 
         states = _restored(checkpoint, jax.eval_shape(init, seeds))
         iteration, chunk = checkpoint.iteration, checkpoint.chunks
     with _progress() as progress:
-        bar = progress.add_task(f"{config.algorithm}, {config.seeds} seeds", total=algorithm.iterations, completed=iteration)
+        bar = progress.add_task(
+            f"{config.algorithm}, {config.seeds} seeds", total=algorithm.iterations, completed=iteration
+        )
         while iteration < algorithm.iterations:
             number = min(CHUNK, algorithm.iterations - iteration)
             states, record = advance(states, jnp.asarray(iteration), number)
@@ -156,7 +158,9 @@ def _algorithm(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
     truth, learner, ma_irl = problem.truth, problem.learner, problem.ma_irl
     expert_similarity = RewardSimilarity.of(problem.game, learner.expert_reward.features)
     dependent_similarity = RewardSimilarity.of(problem.game, learner.dependent_reward.features)
-    true_expert, true_dependent = (jnp.asarray(problem.true_weights[name]) for name in ("expert_reward", "dependent_reward"))
+    true_expert, true_dependent = (
+        jnp.asarray(problem.true_weights[name]) for name in ("expert_reward", "dependent_reward")
+    )
 
     def judged(proposal: LogitSolution, expert_parameters: Array) -> Record:
         return {

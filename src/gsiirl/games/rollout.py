@@ -12,7 +12,7 @@ def rollout(key: PRNGKeyArray, game: AbstractTabularGame, policies: Policies) ->
     """One episode of T steps under time-indexed policies; `vmap` over keys for more."""
     reset_key, episode_key = jax.random.split(key)
 
-    def one_step(state, inputs):  # noqa: ANN001
+    def one_step(state, inputs):
         step_key, policies_now = inputs
         learner_key, expert_key, transition_key = jax.random.split(step_key, 3)
         actions = Sides(

@@ -43,7 +43,9 @@ class TabularGame(AbstractTabularGame):
             raise InputError("horizon", f"{horizon} is no number of steps", "give 1 or more")
         states = successor_table.shape[0]
         if initial_table.shape != (states,):
-            raise InputError("initial", f"shape {initial_table.shape}", f"give one probability for each of {states} states")
+            raise InputError(
+                "initial", f"shape {initial_table.shape}", f"give one probability for each of {states} states"
+            )
         if successor_table.min() < 0 or successor_table.max() >= states:
             raise InputError("successors", "an index is no state", f"give indices from 0 to {states - 1}")
         for name, table in (("probabilities", probability_table), ("initial", initial_table)):

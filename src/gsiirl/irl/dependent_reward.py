@@ -40,9 +40,7 @@ class LeastSquares(eqx.Module):
     def solve(self, ridge: float) -> Float[Array, " n"]:
         """argmin Σ (r^θ − r_ld)² + ridge·‖θ‖², projected to the closed unit ball."""
         identity = jnp.eye(self.moment.shape[0], dtype=self.moment.dtype)
-        return optax.projections.projection_l2_ball(
-            jnp.linalg.solve(self.gram + ridge * identity, self.moment), 1.0
-        )
+        return optax.projections.projection_l2_ball(jnp.linalg.solve(self.gram + ridge * identity, self.moment), 1.0)
 
 
 class DependentValue(eqx.Module):

@@ -13,7 +13,7 @@ from gsiirl.types import Policies, Trajectories
 def state_distributions(game: AbstractTabularGame, policies: Policies) -> Float[Array, "T S"]:
     """d_t(s) = P(s_t = s | π), t = 0, …, T − 1."""
 
-    def forward(distribution, policies_now):  # noqa: ANN001, ANN202
+    def forward(distribution, policies_now):
         return game.advance(distribution, policies_now), distribution
 
     _, distributions = jax.lax.scan(forward, game.initial, policies)
@@ -25,7 +25,7 @@ def expected_return(
 ) -> Float[Array, ""]:
     """E^π[Σ_t γ^t r(s_t, a_t)] by backward recursion; `discount` = 1 gives the undiscounted return."""
 
-    def backward(values, policies_now):  # noqa: ANN001, ANN202
+    def backward(values, policies_now):
         payoff = reward + game.continuation(values) * discount
         return payoff.expected(policies_now.learner, policies_now.expert), None
 

@@ -17,9 +17,7 @@ class Memory(eqx.Module):
     count: Int[Array, ""]
 
     @classmethod
-    def empty(
-        cls, capacity: int, policy_shape: tuple[int, int, int], parameters: int, dtype: jnp.dtype
-    ) -> "Memory":
+    def empty(cls, capacity: int, policy_shape: tuple[int, int, int], parameters: int, dtype: jnp.dtype) -> "Memory":
         """No interaction yet; `policy_shape` is (T, S, A_l)."""
         uniform = jnp.full((capacity, *policy_shape), 1.0 / policy_shape[-1], dtype)
         return cls(uniform, jnp.zeros((capacity, parameters), dtype), jnp.zeros((), jnp.int32))

@@ -47,8 +47,9 @@ class AttackGraph:
                 expert_truth=truth["expert_reward"],
                 dependent_truth=truth["dependent_reward"],
             )
-            features = (len(graph.nodes) + len(graph.edges),)
-            if graph.expert_truth.shape != features or graph.dependent_truth.shape != features:
+            features = len(graph.nodes) + len(graph.edges)
+            # The dependent reward's class may have more features, after those of nodes and edges.
+            if graph.expert_truth.shape != (features,) or graph.dependent_truth.size < features:
                 raise ValueError("truth does not hold one weight a node and edge")
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(

@@ -105,5 +105,7 @@ def _legend(group: GameGroup) -> list[Line2D]:
         text = "MARL, given both true rewards"
         handles.append(Line2D([], [], color=colour, linewidth=1.6, linestyle="--", label=text))
     if reference(group, "random", "learner") is not None:
-        handles.append(Line2D([], [], color=RANDOM_COLOUR, linewidth=1.6, linestyle=":", label="both play at random"))
+        handles.append(
+            Line2D([], [], color=RANDOM_COLOUR, linewidth=1.6, linestyle=":", label="learner plays at random")
+        )
     return handles

@@ -34,7 +34,7 @@ def _return_verdict(group: GameGroup, label: str, run: ReportedRun, full: bool) 
         if marl is not None:
             text += f"; MARL, which was given both rewards, at {format_number(marl)}"
         if random is not None:
-            text += f"; random play of both sides at {format_number(random)}"
+            text += f"; a {learner} that plays at random, at {format_number(random)}"
         text += ". Higher is better" if marl is None else ". Higher is better: it does"
     elif marl is not None:
         text += ":"

@@ -98,4 +98,3 @@ def own_reward(game: AttackGraph, network: AttackNetwork) -> MatchingPayoff:
     payoff = game.payoff_of_success(jnp.zeros_like(game.success))
     paid = jnp.pad(jnp.asarray(network.block_cost), (0, int(game.no_op.learner)))
     return MatchingPayoff(payoff.learner - paid[None, :], payoff.expert, payoff.match)
-
