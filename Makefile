@@ -24,6 +24,9 @@ $(STAMP): $(LOCK) pyproject.toml
 	fi
 	@touch $(STAMP)
 
+demo: $(STAMP)
+	sh scripts/demo.sh $(BIN)/gsiirl
+
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
@@ -38,7 +41,7 @@ lint: $(STAMP)
 check: lint test
 
 bench: $(STAMP)
-	$(BIN)/python -m pytest benchmarks --benchmark-enable
+	$(BIN)/python -m pytest benchmarks -s -o addopts="" -o pythonpath=benchmarks
 
 lock:
 	uv pip compile pyproject.toml --extra nasim --group dev --universal --python-version 3.11 --generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $(LOCK)

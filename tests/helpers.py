@@ -5,7 +5,7 @@ import numpy as np
 
 from gsiirl.games import DensePayoff, TabularGame
 from gsiirl.games.attack_graph import AttackGraph
-from gsiirl.scenarios.network import AttackNetwork
+from gsiirl.scenarios.network import AttackNetwork, Variant
 from gsiirl.types import Sides
 from tests import oracles
 
@@ -25,7 +25,7 @@ def rewards_of(dense: oracles.Game) -> Sides:
     return Sides(DensePayoff(jnp.asarray(dense.learner_reward)), DensePayoff(jnp.asarray(dense.expert_reward)))
 
 
-def small_network(variant: str = "general_sum") -> AttackNetwork:
+def small_network(variant: Variant = "general_sum") -> AttackNetwork:
     """Four nodes in a diamond with a two-way pair, an entry edge, and one foothold."""
     return AttackNetwork(
         name="diamond",
@@ -42,7 +42,7 @@ def small_network(variant: str = "general_sum") -> AttackNetwork:
 
 
 def small_attack_graph(
-    variant: str = "general_sum", no_op: bool = False, horizon: int = HORIZON
+    variant: Variant = "general_sum", no_op: bool = False, horizon: int = HORIZON
 ) -> tuple[AttackNetwork, AttackGraph, oracles.AttackGraph]:
     """The small network as a game over all its states, and as the oracle's dense arrays."""
     network = small_network(variant)

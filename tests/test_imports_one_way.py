@@ -25,11 +25,10 @@ LAYERS = [
 ]
 """Lowest first: a part imports its own layer and those below it."""
 
-STANDALONE = {"hypergradients", "scenarios", "runs", "report"}
+STANDALONE = {"scenarios", "runs", "report"}
 """Parts that import none of the layers."""
 
 READERS = {
-    "hypergradients": {"learner", "baselines", "experiments"},
     "scenarios": {"games", "rewards", "experiments", "cli"},
     "runs": {"report", "experiments", "cli"},
     "report": {"experiments", "cli"},
@@ -110,7 +109,7 @@ def test_no_jax_at_module_level(module: str, path: Path):
 def test_a_forbidden_import_is_seen():
     assert not is_allowed("games", "irl")
     assert not is_allowed("report", "games")
-    assert not is_allowed("equilibria", "hypergradients")
+    assert not is_allowed("equilibria", "scenarios")
     assert list(imports(ast.parse("def f():\n    from gsiirl.irl import memory"))) == ["gsiirl.irl.memory"]
 
 

@@ -11,7 +11,6 @@ _MODULES = (
     "equilibria",
     "evaluation",
     "games",
-    "hypergradients",
     "irl",
     "rewards",
     "scenarios",

@@ -1,7 +1,7 @@
 """Ask and tell: how a learner and an expert meet, whoever drives them.
 
-A learner is three pure functions. `propose` says which policy it wants to play next, `update` takes in what was seen. An
-expert that JAX can trace lives with it inside one `lax.scan`; any other is called from a host loop.
+A learner is three pure functions. `propose` says which policy it wants to play next, `update` takes in what was seen.
+An expert that JAX can trace lives with it inside one `lax.scan`; any other is called from a host loop.
 """
 
 import abc

@@ -2,11 +2,11 @@
 
 For k = 0, …, K − 1:
 
-    D_k        ← the expert's demonstrations while the learner plays π_l(k)                        line 4, into the memory
-    θ_e(k+1)   ← projected gradient steps on L, warm-started at θ_e(k)                             lines 5-9
-    θ          ← θ_l(k), or the r_ld fitted to the values read, whichever has the greater f(·, θ_e(k+1))
-    g          ← ∇_{θ_l} f(θ, θ_e(k+1))                                                            lines 11-14, well specified
-    θ_l(k+1)   ← Proj(θ + step of g)                                                               line 15, ascent
+    D_k        ← the expert's demonstrations while the learner plays π_l(k)       line 4, into the memory
+    θ_e(k+1)   ← projected gradient steps on L, warm-started at θ_e(k)            lines 5-9
+    θ          ← θ_l(k), or the r_ld fitted to the values read: whichever has the greater f(·, θ_e(k+1))
+    g          ← ∇_{θ_l} f(θ, θ_e(k+1))                                           lines 11-14, well specified
+    θ_l(k+1)   ← Proj(θ + step of g)                                              line 15, ascent
 
 with f(θ_l, θ_e) = E^π[Σ_t γ^t (r_ld + r_li)] for the accessed values of r_ld, and π the forward model at
 (r^θ_l + r_li, r^θ_e).
@@ -49,8 +49,8 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     """General-sum interactive inverse reinforcement learning with the response `well_specified`.
 
     `own_reward` is r_li, known; `dependent_value` reads r_ld; `dependent_reward` and `expert_reward` are the parametric
-    rewards r_ld^θ_l (of the commitment and of the fit alike) and r_e^θ_e. `optimiser` turns −∇_{θ_l} f into a step on θ_l;
-    `remembered` interactions are averaged over in the lower level; `ridge` regularises the fit of r_ld.
+    rewards r_ld^θ_l (of the commitment and of the fit alike) and r_e^θ_e. `optimiser` turns −∇_{θ_l} f into a step on
+    θ_l; `remembered` interactions are averaged over in the lower level; `ridge` regularises the fit of r_ld.
     """
 
     game: AbstractTabularGame
@@ -119,7 +119,8 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """θ_l itself, or the fitted r_ld where committing to that honestly would bring more; and ∇_{θ_l} f there.
 
-        The ascent is local; from a random start it can end below what the learner would get by acting on its own reward.
+        The ascent is local; from a random start it can end below what the learner would get by acting on its own
+        reward.
         """
         candidates = jnp.stack([commitment, fitted])
         returns, gradients = jax.vmap(jax.value_and_grad(self.objective), (0, None))(candidates, expert_parameters)

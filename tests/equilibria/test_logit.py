@@ -8,14 +8,14 @@ from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.irl.expectations import expected_return
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
-from gsiirl.scenarios import random_network
+from gsiirl.scenarios import Variant, random_network
 from gsiirl.types import Sides
 from tests import helpers, oracles
 
 TEMPERATURES = [1.0, 0.4, 0.3, 0.1, 0.05, 0.02]
 
 
-def security(seed: int, variant: str = "general_sum"):
+def security(seed: int, variant: Variant = "general_sum"):
     network = random_network(seed, 8, 10, variant)
     game = AttackGraph.create(network, 10)
     learner = rewards.dependent_features(game).payoff(jnp.asarray(rewards.dependent_weights(network)))

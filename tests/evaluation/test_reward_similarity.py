@@ -10,9 +10,8 @@ from tests import helpers, oracles
 def problem(seed: int):
     dense = oracles.random_game(seed, 4, 2, 3)
     features = np.random.default_rng(seed).normal(size=(4, 2, 3, 5))
-    similarity = RewardSimilarity.of(
-        helpers.tabular_game(dense), TabularFeatures(jnp.asarray(features), tuple("abcde"))
-    )
+    table = TabularFeatures(table=jnp.asarray(features), names=tuple("abcde"))
+    similarity = RewardSimilarity.of(helpers.tabular_game(dense), table)
     first, second = np.random.default_rng(seed + 50).normal(size=(2, 5))
     return features, similarity, first, second
 

@@ -41,7 +41,7 @@ def test_returns_agree_with_the_enumeration_of_paths():
 
 def test_reward_gradient_expectation_is_the_discounted_feature_expectation():
     dense, played, features, policies = problem()
-    reward = Linear(TabularFeatures(jnp.asarray(features), tuple("abcde")), 3.0)
+    reward = Linear(TabularFeatures(table=jnp.asarray(features), names=tuple("abcde")), 3.0)
     occupancies = oracles.occupancy(dense.transition, dense.initial, played.learner, played.expert)
     expected = 3.0 * oracles.feature_expectation(occupancies, features, helpers.DISCOUNT)
     found = reward_gradient_expectation(helpers.tabular_game(dense), reward, policies, helpers.DISCOUNT)
@@ -51,7 +51,7 @@ def test_reward_gradient_expectation_is_the_discounted_feature_expectation():
 def test_sampled_gradient_converges_to_the_exact_one():
     dense, _, features, policies = problem()
     game = helpers.tabular_game(dense)
-    reward = Linear(TabularFeatures(jnp.asarray(features), tuple("abcde")), 3.0)
+    reward = Linear(TabularFeatures(table=jnp.asarray(features), names=tuple("abcde")), 3.0)
     episodes = jax.vmap(lambda key: rollout(key, game, policies))(jax.random.split(jax.random.key(0), 20_000))
     exact = reward_gradient_expectation(game, reward, policies, helpers.DISCOUNT)
     each = jax.vmap(lambda one: sampled_reward_gradient(reward, jax.tree.map(lambda x: x[None], one), 0.9, exact.dtype))

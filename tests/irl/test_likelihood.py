@@ -17,7 +17,7 @@ def problem(seed: int):
     dense = oracles.random_game(seed, 4, 3, 3)
     game = helpers.tabular_game(dense)
     features = np.random.default_rng(seed).normal(size=(4, 3, 3, 6))
-    reward = Linear(TabularFeatures(jnp.asarray(features), tuple("abcdef")), 1.0)
+    reward = Linear(TabularFeatures(table=jnp.asarray(features), names=tuple("abcdef")), 1.0)
     theta = jax.random.ball(jax.random.key(seed), 6)
     true = jax.random.ball(jax.random.key(seed + 100), 6)
     learner = oracles.random_policy(seed, helpers.HORIZON, 4, 3)

@@ -30,10 +30,11 @@ def test_features_of_one_action_agree_with_the_payoff_over_all(make):
     theta = reward.initial_parameters(jax.random.key(0), jnp.dtype(float))
     table = reward.payoff(theta).dense()
     learner, expert = jnp.meshgrid(jnp.arange(7), jnp.arange(7), indexing="ij")
-    each = jax.vmap(
-        jax.vmap(jax.vmap(lambda s, l, e: reward(theta, s, Sides(l, e)), (None, 0, 0)), (None, 0, 0)), (0, None, None)
-    )
-    np.testing.assert_allclose(each(jnp.arange(16), learner, expert), table, atol=1e-14)
+
+    def of_state(state):
+        return jax.vmap(jax.vmap(lambda one, other: reward(theta, state, Sides(one, other))))(learner, expert)
+
+    np.testing.assert_allclose(jax.vmap(of_state)(jnp.arange(16)), table, atol=1e-14)
     assert len(reward.features.names) == reward.number_of_parameters == theta.shape[0]
 
 

@@ -4,13 +4,16 @@ Per iteration, under the same forward model and in the same reward classes as GS
 
     θ_i ← Proj(θ_i − step of ((μ_i(π^θ) − μ̂_i(D*)) + τ λ θ_i))       for both sides i
 
-The paper names Lin et al. 2019, but that is a one-shot program on known policies and cannot give its per-iteration curves.
+The paper names Lin et al. 2019, but that is a one-shot program on known policies and cannot give its per-iteration
+curves.
 """
+
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
 import optax
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
 from gsiirl.equilibria.logit import Logit, LogitSolution
 from gsiirl.games.base import AbstractTabularGame
@@ -31,8 +34,8 @@ class MAIRLState(eqx.Module):
 class MAIRL(eqx.Module):
     """Two-sided feature matching on fixed demonstrations D* of the true game; it never interacts.
 
-    `own_reward` is r_li, known; `rewards` are the parametric r_ld^θ_l and r_e^θ_e; λ = `regularisation`; `optimiser` makes
-    `steps` matching steps an iteration.
+    `own_reward` is r_li, known; `rewards` are the parametric r_ld^θ_l and r_e^θ_e; λ = `regularisation`; `optimiser`
+    makes `steps` matching steps an iteration.
     """
 
     game: AbstractTabularGame
@@ -47,19 +50,10 @@ class MAIRL(eqx.Module):
     def init(self, key: PRNGKeyArray, demonstrations: Trajectories) -> MAIRLState:
         """Random parameters in the unit ball, and what the demonstrations say."""
         dtype = self.game.initial.dtype
-        learner_key, expert_key = jax.random.split(key)
-        parameters = Sides(
-            self.rewards.learner.initial_parameters(learner_key, dtype),
-            self.rewards.expert.initial_parameters(expert_key, dtype),
-        )
-        return MAIRLState(
-            parameters=parameters,
-            optimiser=self.optimiser.init(parameters),
-            demonstrated=Sides(
-                sampled_reward_gradient(self.rewards.learner, demonstrations, self.discount, dtype),
-                sampled_reward_gradient(self.rewards.expert, demonstrations, self.discount, dtype),
-            ),
-        )
+        keys = Sides(*jax.random.split(key))
+        parameters = self._of_each(lambda reward, one: reward.initial_parameters(one, dtype), keys)
+        demonstrated = self._of_each(lambda reward: sampled_reward_gradient(reward, demonstrations, self.discount, dtype))
+        return MAIRLState(parameters, demonstrated, self.optimiser.init(parameters))
 
     def propose(self, state: MAIRLState) -> LogitSolution:
         """The forward model at the current parameters."""
@@ -68,7 +62,7 @@ class MAIRL(eqx.Module):
     def update(self, state: MAIRLState) -> MAIRLState:
         """One iteration: `steps` projected feature-matching steps for both sides together."""
 
-        def one_step(_: int, carry: tuple[Sides, optax.OptState]) -> tuple[Sides, optax.OptState]:
+        def one_step(_: int, carry: tuple[PyTree, optax.OptState]) -> tuple[PyTree, optax.OptState]:
             parameters, optimiser = carry
             policies = self._forward(parameters).policies
 
@@ -76,19 +70,18 @@ class MAIRL(eqx.Module):
                 gap = reward_gradient_expectation(self.game, reward, policies, self.discount) - demonstrated
                 return gap + self.forward_model.temperature * self.regularisation * theta
 
-            gradients = Sides(
-                gradient(self.rewards.learner, parameters.learner, state.demonstrated.learner),
-                gradient(self.rewards.expert, parameters.expert, state.demonstrated.expert),
-            )
+            gradients = self._of_each(gradient, parameters, state.demonstrated)
             step, optimiser = self.optimiser.update(gradients, optimiser, parameters)
             moved = optax.apply_updates(parameters, step)
-            return Sides(
-                optax.projections.projection_l2_ball(moved.learner, 1.0),
-                optax.projections.projection_l2_ball(moved.expert, 1.0),
-            ), optimiser
+            # Each side's parameters have a unit ball of their own.
+            return jax.tree.map(lambda theta: optax.projections.projection_l2_ball(theta, 1.0), moved), optimiser
 
         parameters, optimiser = jax.lax.fori_loop(0, self.steps, one_step, (state.parameters, state.optimiser))
         return MAIRLState(parameters, state.demonstrated, optimiser)
+
+    def _of_each(self, function: Callable[..., Array], *values: PyTree) -> PyTree:
+        """`function` of each side's reward and values."""
+        return jax.tree.map(function, self.rewards, *values, is_leaf=lambda node: isinstance(node, Linear))
 
     def _forward(self, parameters: Sides) -> LogitSolution:
         rewards = Sides(

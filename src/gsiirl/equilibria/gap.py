@@ -24,7 +24,10 @@ def regularised_nash_gap(
     discount: float,
     temperature: float | Float[Array, ""],
 ) -> Float[Array, ""]:
-    """NashConv of the entropy-regularised game, J_i(π) = E^π[Σ γ^t (r_i + τ H(π_i(·|s_t)))]; zero at a logit equilibrium."""
+    """NashConv of the entropy-regularised game; zero at a logit equilibrium.
+
+    There J_i(π) = E^π[Σ_t γ^t (r_i(s_t, a_t) + τ H(π_i(·|s_t)))], each side with its own entropy only.
+    """
     temperature = jnp.asarray(temperature, game.initial.dtype)
 
     def soft_maximum(values: Array) -> Array:

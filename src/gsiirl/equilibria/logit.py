@@ -34,10 +34,10 @@ class LogitSolution(eqx.Module):
 
 
 class Logit(eqx.Module):
-    """Solver of the Markov logit equilibrium; differentiable in rewards and temperature by the implicit function theorem.
+    """Solver of the Markov logit equilibrium.
 
-    `temperature` is τ in reward units; `tolerance` bounds the residual of every stage game (None: what the precision of the
-    rewards allows).
+    Differentiable in rewards and temperature by the implicit function theorem. `temperature` is τ in reward units;
+    `tolerance` bounds the residual of every stage game (None: what the precision of the rewards allows).
     """
 
     temperature: float | Float[Array, ""]

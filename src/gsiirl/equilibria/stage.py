@@ -4,8 +4,8 @@ With payoffs Q_l, Q_e, temperature τ and λ = 1/τ, find log-policies u = ln π
 
     R_l(u, v; λ) = u − log_softmax(λ E_{π_e} Q_l) = 0,      R_e(u, v; λ) = v − log_softmax(λ E_{π_l} Q_e) = 0.
 
-Two methods share one linear system, solved by elimination of what couples pairs of actions (`solve_coupled`) and a small
-border: two multipliers that keep the policies normalised and, along a path, the step in λ.
+Two methods share one linear system, solved by elimination of what couples pairs of actions (`solve_coupled`) and a
+small border: two multipliers that keep the policies normalised and, along a path, the step in λ.
 
 - `_newton`: damped Newton at the target λ. It is used alone only where `_certified_unique` proves that one equilibrium
   exists, so that it cannot find a wrong one.
@@ -80,8 +80,8 @@ def differentiable_log_policies(
 ) -> Sides[Float[Array, " A"]]:
     """The solution as a function of payoffs and temperature, by the implicit function theorem.
 
-    One Newton step from the solution w*: w* − J⁻¹ R(w*; payoffs, τ) with J and w* held fixed. Its value is w*, its first
-    derivative is −J⁻¹ ∂R, in forward and in reverse mode.
+    One Newton step from the solution w*: w* − J⁻¹ R(w*; payoffs, τ) with J and w* held fixed. Its value is w*, its
+    first derivative is −J⁻¹ ∂R, in forward and in reverse mode.
     """
     frozen = jax.lax.stop_gradient(log_policies)
     residual = _residual(payoffs, frozen, 1.0 / temperature)
@@ -134,7 +134,7 @@ def _newton_direction(
 
 class _Newton(eqx.Module):
     log_policies: Sides
-    direction: Sides
+    residual: Sides
     length: Float[Array, ""]
     size: Float[Array, ""]
     steps: Int[Array, ""]
@@ -149,39 +149,39 @@ def _newton(
 ) -> _Newton:
     """Newton's method with step halving on max |R|; stops at `tolerance`, or where no step helps any more."""
     residual = _residual(payoffs, start, inverse_temperature)
-    direction = _newton_direction(payoffs, start, inverse_temperature, residual)
     one = jnp.ones_like(_size(residual))
 
     def unfinished(state: _Newton) -> Bool[Array, ""]:
         return wanted & (state.size > tolerance) & (state.steps < _NEWTON_STEPS) & (state.length > 1e-6)
 
     def body(state: _Newton) -> _Newton:
-        trial = _normalised(jax.tree.map(lambda w, d: w + state.length * d, state.log_policies, state.direction))
+        direction = _newton_direction(payoffs, state.log_policies, inverse_temperature, state.residual)
+        trial = _normalised(jax.tree.map(lambda w, d: w + state.length * d, state.log_policies, direction))
         residual = _residual(payoffs, trial, inverse_temperature)
         size = _size(residual)
         accepted = size < (1.0 - 1e-3 * state.length) * state.size
-        direction = _newton_direction(payoffs, trial, inverse_temperature, residual)
 
         def choose(new, old):
             return jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, old)
 
         return _Newton(
             log_policies=choose(trial, state.log_policies),
-            direction=choose(direction, state.direction),
+            residual=choose(residual, state.residual),
             length=jnp.where(accepted, one, 0.5 * state.length),
             size=choose(size, state.size),
             steps=state.steps + 1,
         )
 
-    initial = _Newton(start, direction, one, _size(residual), jnp.zeros((), jnp.int32))
+    initial = _Newton(start, residual, one, _size(residual), jnp.zeros((), jnp.int32))
     return jax.lax.while_loop(unfinished, body, initial)
 
 
 def _certified_unique(payoffs: Sides[AbstractPayoff], inverse_temperature: Float[Array, ""]) -> Bool[Array, ""]:
     """Whether the stage game provably has one logit equilibrium at λ; False means "not proved".
 
-    For matching payoffs the Jacobian's determinant at an equilibrium is ∏_b D_b times that of a 2x2 Schur complement, with
-    D = 1 − λ² z_l z_e π_l π_e. Both factors are positive at every equilibrium when, with upper bounds p̄, q̄ of the policies,
+    For matching payoffs the Jacobian's determinant at an equilibrium is ∏_b D_b times that of a 2x2 Schur complement,
+    with D = 1 − λ² z_l z_e π_l π_e. Both factors are positive at every equilibrium when, with upper bounds p̄, q̄ of the
+    policies,
 
         λ² max_b (z_l⁺ q̄) max_b (z_e⁺ p̄) < 1    and    λ² max_b (z_l⁻ q̄) max_b (z_e⁻ p̄) < 1.
 
@@ -282,7 +282,10 @@ def _follow_branch(payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wan
     zero = jnp.zeros_like(target)
     origin = _Point(_uniform_like(payoffs), zero)
     nothing = jax.tree.map(jnp.zeros_like, origin.log_policies)
-    tangent = _unit(_bordered_step(payoffs, origin, nothing, _Point(nothing, zero + 1.0), zero + 1.0))
+    # At λ = 0 both play uniformly whatever the other does: d ln π_i / dλ is the action value less its mean.
+    uniform = jax.tree.map(jnp.exp, origin.log_policies)
+    values = Sides(payoffs.learner.learner_values(uniform.expert), payoffs.expert.expert_values(uniform.learner))
+    tangent = _unit(_Point(jax.tree.map(lambda value: value - jnp.mean(value), values), zero + 1.0))
 
     def unfinished(branch: _Branch) -> Bool[Array, ""]:
         return wanted & ~branch.arrived & (branch.steps < _BRANCH_STEPS) & (branch.length > _SMALLEST_STEP)

@@ -17,7 +17,7 @@ _LARGEST_SAMPLE = 1024
 
 
 class RewardSimilarity(eqx.Module):
-    """Second moments of features φ(s, a): `within` states around their mean over actions, `between` states of those means.
+    """Second moments of features φ(s, a): around their means over actions, and of those means over states.
 
     With A uniform over joint actions, `within` = E_s Cov_A(φ(s, A)) and `between` = Cov_s(E_A φ(s, A)), both (m, m).
     """

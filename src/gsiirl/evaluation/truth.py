@@ -15,7 +15,10 @@ from gsiirl.types import Policies, Sides
 
 
 class Truth(eqx.Module):
-    """A game with both true rewards: `rewards.learner` is r_ld + r_li, `rewards.expert` is r_e. Returns are undiscounted."""
+    """A game with both true rewards; returns are undiscounted.
+
+    `rewards.learner` is r_ld + r_li, `rewards.expert` is r_e.
+    """
 
     game: AbstractTabularGame
     rewards: Sides[AbstractPayoff]
@@ -36,8 +39,9 @@ class Truth(eqx.Module):
     def references(self) -> dict[str, Float[Array, ""]]:
         """Returns of MARL with both true rewards (`truth_`), and of a learner that acts at random (`random_`).
 
-        The random learner meets the true expert's response. Against an expert that acts at random too, a learner's return
-        can be higher than at any equilibrium (an attacker that picks edges blindly does no harm), and says nothing.
+        The random learner meets the true expert's response. Against an expert that acts at random too, a learner's
+        return can be higher than at any equilibrium (an attacker that picks edges blindly does no harm), and says
+        nothing.
         """
         solution = Logit(self.temperature).solve(self.game, self.rewards, self.discount)
         uniform = jnp.full_like(solution.policies.learner, 1.0 / solution.policies.learner.shape[-1])
@@ -45,7 +49,7 @@ class Truth(eqx.Module):
         return {**named("truth", self.returns(solution.policies)), **named("random", self.returns(met))}
 
     def evaluate(self, policies: Policies) -> dict[str, Float[Array, ""]]:
-        """Returns of the pair (`model_`) and of its learner's half against the true expert (`deployed_`), and NashConv."""
+        """NashConv, and returns of the pair (`model_`) and of its learner's half against the true expert (`deployed_`)."""
         deployed = Sides(policies.learner, self.expert_response(policies.learner))
         return {
             **named("model", self.returns(policies)),
@@ -56,7 +60,7 @@ class Truth(eqx.Module):
     def feature_gap(
         self, learner_policy: Float[Array, "T S A_l"], reward: Linear, parameters: Float[Array, " m"]
     ) -> Float[Array, ""]:
-        """‖μ_e(π_l, respond(π_l, r^θ_e)) − μ_e(π_l, true expert)‖ per unit of feature scale: what the estimate misses."""
+        """What the estimate misses: ‖μ_e(π_l, respond(π_l, r^θ_e)) − μ_e(π_l, true expert)‖ / scale, in features."""
         modelled = respond(self.game, learner_policy, reward.payoff(parameters), self.temperature, self.discount).policy
         difference = reward_gradient_expectation(
             self.game, reward, Sides(learner_policy, modelled), self.discount

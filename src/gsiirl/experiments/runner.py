@@ -39,8 +39,8 @@ Record = dict[str, Array]
 class Algorithm(eqx.Module):
     """One algorithm on one problem, for one seed; the runner vmaps it.
 
-    `advance(state, key, first, number)` runs iterations first, …, first + number − 1 and records each before its update;
-    `learned` names the parameters to keep.
+    `advance(state, key, first, number)` runs iterations first, …, first + number − 1 and records each before its
+    update; `learned` names the parameters to keep.
     """
 
     init: Callable[[PRNGKeyArray], PyTree]
@@ -61,7 +61,12 @@ def run(config: SecurityConfig, out: Path) -> None:
     network = network_of(config)
     with jax.enable_x64(True), jax.default_device(_device(config.device)):
         problem = build(config, network)
-        game = {**network.to_json_dict(), "horizon": config.horizon, "truth": problem.true_weights}
+        game = {
+            **network.to_json_dict(),
+            "horizon": config.horizon,
+            "no_op": {"learner": config.learner_no_op, "expert": config.expert_no_op},
+            "truth": problem.true_weights,
+        }
         folder = RunFolder.create(out, config_to_dict(config), game)
         _go_on(folder, config, problem, None)
 
@@ -138,9 +143,15 @@ def _finish(
     folder.append_metrics(chunk, _rows(record, seeds, algorithm.iterations, references))
     shape = paths.states.shape
     where = np.broadcast_to(np.asarray(seeds)[:, None, None], shape), *np.indices(shape)[1:]
-    columns = dict(zip(("seed", "trajectory", "step"), where, strict=True))
-    columns["state"] = np.asarray(problem.game.masks)[np.asarray(paths.states)]
-    columns |= {"learner_action": np.asarray(paths.actions.learner), "expert_action": np.asarray(paths.actions.expert)}
+    seed, trajectory, step = where
+    columns = {
+        "seed": seed,
+        "trajectory": trajectory,
+        "step": step,
+        "state": np.asarray(problem.game.masks)[np.asarray(paths.states)],
+        "learner_action": np.asarray(paths.actions.learner),
+        "expert_action": np.asarray(paths.actions.expert),
+    }
     folder.save_paths({name: column.reshape(-1) for name, column in columns.items()})
     if learned:
         rewards = {"expert_reward": problem.learner.expert_reward}

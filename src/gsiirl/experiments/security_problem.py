@@ -43,7 +43,8 @@ def network_of(config: SecurityConfig) -> AttackNetwork:
 
 def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
     """Build the problem of a resolved configuration on its network."""
-    assert config.temperature is not None and config.reward_bound is not None, "the configuration is not resolved"
+    assert config.temperature is not None, "the configuration is not resolved"
+    assert config.reward_bound is not None, "the configuration is not resolved"
     game = AttackGraph.create(
         network, config.horizon, learner_no_op=config.learner_no_op, expert_no_op=config.expert_no_op
     )

@@ -12,8 +12,8 @@ from gsiirl.types import Sides
 class AbstractTabularGame(eqx.Module):
     """A two-sided finite-horizon Markov game with S states and A_l, A_e actions.
 
-    A subclass says how values flow back (`continuation`), how mass flows forward (`advance`; its transpose), and how one
-    step is sampled (`step`).
+    A subclass says how values flow back (`continuation`), how mass flows forward (`advance`, its transpose), and how
+    one step is sampled (`step`).
     """
 
     horizon: eqx.AbstractVar[int]

@@ -44,12 +44,17 @@ class AbstractPayoff(eqx.Module):
 
     @abc.abstractmethod
     def solve_coupled(
-        self, expert_payoff: Self, policies: Sides, inverse_temperature: Float[Array, ""], right_hand_sides: Sides
+        self,
+        expert_payoff: "AbstractPayoff",
+        policies: Sides,
+        inverse_temperature: Float[Array, ""],
+        right_hand_sides: Sides,
     ) -> Sides:
         """Solve u − λ Q_l diag(π_e) v = g_l, v − λ Q_eᵀ diag(π_l) u = g_e for (u, v), one stage game.
 
-        `self` is the learner's payoff Q_l, `expert_payoff` is Q_e; terms that are constant over a side's own actions may
-        be dropped (callers fix them by normalisation). `right_hand_sides` holds (k, A_l) and (k, A_e): k systems at once.
+        `self` is the learner's payoff Q_l, `expert_payoff` is Q_e, of the same form; terms that are constant over a
+        side's own actions may be dropped (callers fix them by normalisation). `right_hand_sides` holds (k, A_l) and
+        (k, A_e): k systems at once.
         """
 
     def __add__(self, other: Self) -> Self:
@@ -86,11 +91,15 @@ class DensePayoff(AbstractPayoff):
         return self.values
 
     def solve_coupled(
-        self, expert_payoff: Self, policies: Sides, inverse_temperature: Float[Array, ""], right_hand_sides: Sides
+        self,
+        expert_payoff: AbstractPayoff,
+        policies: Sides,
+        inverse_temperature: Float[Array, ""],
+        right_hand_sides: Sides,
     ) -> Sides:
         learner_actions, expert_actions = self.values.shape
         learner_coupling = inverse_temperature * self.values * policies.expert[None, :]
-        expert_coupling = inverse_temperature * expert_payoff.values.T * policies.learner[None, :]
+        expert_coupling = inverse_temperature * expert_payoff.dense().T * policies.learner[None, :]
         matrix = jnp.block(
             [
                 [jnp.eye(learner_actions, dtype=self.values.dtype), -learner_coupling],
@@ -143,8 +152,13 @@ class MatchingPayoff(AbstractPayoff):
         return table.at[..., matched, matched].add(self.match)
 
     def solve_coupled(
-        self, expert_payoff: Self, policies: Sides, inverse_temperature: Float[Array, ""], right_hand_sides: Sides
+        self,
+        expert_payoff: AbstractPayoff,
+        policies: Sides,
+        inverse_temperature: Float[Array, ""],
+        right_hand_sides: Sides,
     ) -> Sides:
+        assert isinstance(expert_payoff, MatchingPayoff), "both sides' payoffs have the same form"
         # Only matched actions couple, in pairs: one 2x2 system each.
         matches = self.match.shape[-1]
         to_learner = inverse_temperature * self.match * policies.expert[:matches]

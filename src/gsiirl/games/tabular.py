@@ -51,7 +51,12 @@ class TabularGame(AbstractTabularGame):
         for name, table in (("probabilities", probability_table), ("initial", initial_table)):
             if not np.isfinite(table).all() or table.min() < 0 or np.abs(table.sum(-1) - 1).max() > 1e-6:
                 raise InputError(name, "do not form distributions", "give finite, non-negative values that sum to 1")
-        return cls(jnp.asarray(successor_table), jnp.asarray(probability_table), jnp.asarray(initial_table), horizon)
+        return cls(
+            successors=jnp.asarray(successor_table),
+            probabilities=jnp.asarray(probability_table),
+            initial=jnp.asarray(initial_table),
+            horizon=horizon,
+        )
 
     @property
     def number_of_actions(self) -> Sides[int]:

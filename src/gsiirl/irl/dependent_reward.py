@@ -49,7 +49,7 @@ class DependentValue(eqx.Module):
     table: AbstractPayoff
 
     def __call__(self, state: Array, actions: Sides[Array]) -> Float[Array, ""]:
-        learner_actions, expert_actions = self.table.number_of_actions
+        _, expert_actions = self.table.number_of_actions
         row = jax.tree.map(lambda leaf: leaf[state], self.table)
         one = row.learner_values(jax.nn.one_hot(actions.expert, expert_actions, dtype=jax.tree.leaves(row)[0].dtype))
         return one[actions.learner]

@@ -2,7 +2,8 @@
 
     L(θ_e) = −E_D[Σ_t γ^t ln π_e^θ_e(a_e,t|s_t)] + (λ/2)‖θ_e‖²,     π_e^θ_e = respond(π_l played, r_e^θ_e)
 
-Lemma 1:  ∇L = (μ_e(π_l, π_e^θ_e) − μ̂_e(D))/τ + λ θ_e.  It is exact for exact occupancies and holds in expectation for samples.
+Lemma 1:  ∇L = (μ_e(π_l, π_e^θ_e) − μ̂_e(D))/τ + λ θ_e.  It is exact for exact occupancies, and holds in expectation
+for samples.
 """
 
 import jax.numpy as jnp
@@ -24,7 +25,7 @@ def expected_negative_log_likelihood(
     discount: float,
     regularisation: float,
 ) -> Float[Array, ""]:
-    """L of infinitely many demonstrations: the expectation over the exact occupancies of the `demonstrated` policies."""
+    """L of infinitely many demonstrations: its expectation over the exact occupancies of the `demonstrated` policies."""
     response = respond(game, demonstrated.learner, reward.payoff(parameters), temperature, discount)
     distributions = state_distributions(game, demonstrated)
     weights = discount ** jnp.arange(game.horizon, dtype=distributions.dtype)

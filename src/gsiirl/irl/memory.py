@@ -9,7 +9,8 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 class Memory(eqx.Module):
     """Up to M interactions: the learner's policy as played and the demonstrations' μ̂_e.
 
-    Slot 0 is the newest; the others are a uniform sample without replacement from all earlier ones (Vitter's algorithm R).
+    Slot 0 is the newest; the others are a uniform sample without replacement from all earlier ones (Vitter's
+    algorithm R).
     """
 
     learner_policies: Float[Array, "M T S A_l"]

@@ -22,6 +22,8 @@ class AttackGraph:
     """True weights of the expert's reward, [N + E]: values of the nodes, then costs of the edges."""
     dependent_truth: np.ndarray
     """True weights of the learner's dependent reward, [N + E]: losses of the nodes, then the attacker's costs."""
+    expert_no_op: bool
+    """Whether the attacker may attack nothing."""
 
     @classmethod
     def read(cls, game: dict[str, Any], run: Path) -> "AttackGraph | None":
@@ -45,7 +47,8 @@ class AttackGraph:
                 ],
                 success_probability=[float(edge["success_probability"]) for edge in game["edges"]],
                 expert_truth=truth["expert_reward"],
-                dependent_truth=truth["dependent_reward"],
+                dependent_truth=truth["dependent_reward"][: len(names) + len(game["edges"])],
+                expert_no_op=bool(game.get("no_op", {}).get("expert", False)),
             )
             features = len(graph.nodes) + len(graph.edges)
             # The dependent reward's class may have more features, after those of nodes and edges.

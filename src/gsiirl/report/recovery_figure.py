@@ -24,14 +24,15 @@ def draw_recovery(group: GameGroup, graph: AttackGraph) -> Figure | None:
     count = len(graph.nodes)
     nodes = np.flatnonzero(~np.array(graph.footholds))
     edges = np.arange(count, count + len(graph.edges))
+    costs = list(_series(group, "expert_reward", graph.expert_truth, edges, ""))
     panels = [
         (
             "What each node is worth to the attacker",
             list(_series(group, "expert_reward", graph.expert_truth, nodes, "")),
         ),
         (
-            "What each attack costs the attacker",
-            list(_series(group, "expert_reward", graph.expert_truth, edges, "")),
+            f"What each attack costs the attacker{'' if graph.expert_no_op else '*'}",
+            [_up_to_a_constant(*series) if not graph.expert_no_op else series for series in costs],
         ),
         (
             "What the attacker costs the defender",
@@ -49,6 +50,12 @@ def draw_recovery(group: GameGroup, graph: AttackGraph) -> Figure | None:
     for panel, (title, series) in zip(axes, panels, strict=False):
         _draw_scatter(panel, title, series)
     _draw_pearson(axes[len(panels)], group)
+    if not graph.expert_no_op:
+        figure.supxlabel(
+            "* up to a common constant: an attacker that must attack something pays some cost every step, so their mean "
+            "cannot be learned",
+            fontsize=9,
+        )
     for empty in axes[len(panels) + 1 :]:
         empty.set_axis_off()
     return figure
@@ -57,8 +64,16 @@ def draw_recovery(group: GameGroup, graph: AttackGraph) -> Figure | None:
 def _series(group: GameGroup, parameter: str, truth: np.ndarray, part: np.ndarray, suffix: str) -> Iterator[Series]:
     for label, run in group.runs.items():
         weights = run.weights(parameter)
-        if weights is not None and weights.shape[1] == len(truth):
+        if weights is not None and weights.shape[1] >= len(truth):
             yield label + suffix, algorithm_style(run.algorithm).colour, truth[part], weights[:, part]
+
+
+def _up_to_a_constant(label: str, colour: str, true: np.ndarray, learned: np.ndarray) -> Series:
+    """The same with each seed's mean moved onto the true mean.
+
+    An attacker that cannot abstain pays one of its costs every step, whatever it does: nobody can learn their mean.
+    """
+    return label, colour, true, learned - learned.mean(axis=1, keepdims=True) + true.mean()
 
 
 def _draw_scatter(panel: Axes, title: str, series: list[Series]) -> None:

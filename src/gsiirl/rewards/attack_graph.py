@@ -2,7 +2,7 @@
 
 The same features serve every algorithm. The attacker's:
 
-    φ_e(s, a) = (P(j is newly compromised | s, a))_j  ++  (−1[a_e = e])_e         weights: value of node j, cost of edge e
+    φ_e(s, a) = (P(j is newly compromised | s, a))_j  ++  (−1[a_e = e])_e        weights: value of node j, cost of edge e
 
 The defender's expert-dependent reward has −φ_e: its weights are losses, and its share in the attacker's costs (1 in the
 zero-sum variant, where r_ld = −r_e, and 0 in the general-sum one). A commitment may also be rewarded for the edge it
@@ -66,20 +66,21 @@ class CommitmentFeatures(AbstractFeatures):
 def attack_features(game: AttackGraph) -> AttackFeatures:
     """The attacker's features φ_e."""
     names = [f"value of {node}" for node in game.node_names] + [f"cost of {edge}" for edge in game.edge_names]
-    return AttackFeatures(game, 1.0, tuple(names))
+    return AttackFeatures(game=game, sign=1.0, names=tuple(names))
 
 
 def dependent_features(game: AttackGraph) -> AttackFeatures:
     """The defender's expert-dependent features −φ_e."""
     losses = [f"loss of {node}" for node in game.node_names]
     shares = [f"attacker's cost of {edge}" for edge in game.edge_names]
-    return AttackFeatures(game, -1.0, tuple(losses + shares))
+    return AttackFeatures(game=game, sign=-1.0, names=tuple(losses + shares))
 
 
 def commitment_features(game: AttackGraph) -> CommitmentFeatures:
     """The features of a commitment."""
     dependent = dependent_features(game)
-    return CommitmentFeatures(dependent, (*dependent.names, *(f"block of {edge}" for edge in game.edge_names)))
+    blocks = (f"block of {edge}" for edge in game.edge_names)
+    return CommitmentFeatures(attack=dependent, names=(*dependent.names, *blocks))
 
 
 def expert_weights(network: AttackNetwork) -> np.ndarray:

@@ -12,7 +12,7 @@ from gsiirl.types import Sides
 
 
 class AbstractFeatures(eqx.Module):
-    """m reward features of a tabular game: for one (s, a), and all of them at once as a payoff that is linear in weights."""
+    """m reward features of a tabular game: of one (s, a), and of all at once as a payoff that is linear in weights."""
 
     names: eqx.AbstractVar[tuple[str, ...]]
 
@@ -39,7 +39,10 @@ class TabularFeatures(AbstractFeatures):
 
 
 class Linear(eqx.Module):
-    """r^θ(s, a) = scale · θ·φ(s, a), θ ∈ R^m with ‖θ‖ ≤ 1; `scale` is in reward units and bounds what can be expressed."""
+    """r^θ(s, a) = scale · θ·φ(s, a), θ ∈ R^m with ‖θ‖ ≤ 1.
+
+    `scale` is in reward units and bounds what can be expressed.
+    """
 
     features: AbstractFeatures
     scale: float | Float[Array, ""]

@@ -1,0 +1,1 @@
+"""Benchmarks run without the type checks and the strictness of the tests: as users run the library."""
