@@ -1,16 +1,31 @@
 """Small games for tests, as the library's types, beside their dense numpy form for the oracles."""
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
+from gsiirl.equilibria import Logit, LogitSolution
 from gsiirl.games import DensePayoff, TabularGame
 from gsiirl.games.attack_graph import AttackGraph
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.rewards import attack_graph as rewards
 from gsiirl.scenarios.network import AttackNetwork, Variant
 from gsiirl.types import Sides
 from tests import oracles
 
 HORIZON = 4
 DISCOUNT = 0.9
+
+
+@eqx.filter_jit
+def _solve(game: AbstractTabularGame, true: Sides, temperature: jax.Array, discount: float) -> LogitSolution:
+    return Logit(temperature).solve(game, true, discount)
+
+
+def solve(game: AbstractTabularGame, true: Sides, temperature: float, discount: float = DISCOUNT) -> LogitSolution:
+    """The logit equilibrium, compiled once for all games of one shape and all temperatures."""
+    return _solve(game, true, jnp.asarray(temperature), discount)
 
 
 def tabular_game(dense: oracles.Game, horizon: int = HORIZON) -> TabularGame:
@@ -48,3 +63,16 @@ def small_attack_graph(
     network = small_network(variant)
     game = AttackGraph.create(network, horizon, learner_no_op=no_op, expert_no_op=no_op, starts=range(16))
     return network, game, oracles.attack_graph_dense(network, no_op)
+
+
+def true_rewards(game: AttackGraph, network: AttackNetwork) -> Sides:
+    """r_ld + r_li and r_e of an attack graph."""
+    dependent = rewards.commitment_features(game).payoff(jnp.asarray(rewards.dependent_weights(network)))
+    expert = rewards.attack_features(game).payoff(jnp.asarray(rewards.expert_weights(network)))
+    return Sides(dependent + rewards.own_reward(game, network), expert)
+
+
+def uniform_policy(game: AbstractTabularGame) -> jax.Array:
+    """The learner's policy that picks every action equally often."""
+    actions = game.number_of_actions.learner
+    return jnp.full((game.horizon, game.number_of_states, actions), 1.0 / actions)

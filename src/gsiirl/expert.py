@@ -14,7 +14,10 @@ from gsiirl.types import Sides, Trajectories
 
 
 class AbstractExpert(eqx.Module):
-    """Anything that can be watched while it lives with a learner's policy."""
+    """An expert that JAX can trace: its episodes can be drawn inside a compiled loop.
+
+    Anybody else (a person, a simulator, logged data) needs only a `demonstrate` of the same form; see `interaction.live`.
+    """
 
     @abc.abstractmethod
     def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:

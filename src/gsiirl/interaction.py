@@ -6,18 +6,31 @@ An expert that JAX can trace lives with it inside one `lax.scan`; any other is c
 
 import abc
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import equinox as eqx
 import jax
-from jaxtyping import Array, PRNGKeyArray, PyTree
+import jax.numpy as jnp
+import rich.progress
+from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
 from gsiirl.equilibria.logit import LogitSolution
 from gsiirl.expert import AbstractExpert
-from gsiirl.types import Interaction
+from gsiirl.types import Interaction, Trajectories
 
 State = TypeVar("State")
+CHUNK = 5
+"""Iterations compiled into one call; the host shows progress, and can be interrupted, between calls."""
+
 Observe = Callable[[PyTree, LogitSolution], dict[str, Array]]
+
+
+class Demonstrator(Protocol):
+    """Whoever can be asked to live with a learner's policy."""
+
+    def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:
+        """`number` episodes against `learner_policy`."""
+        ...
 
 
 class AbstractLearner(eqx.Module, Generic[State]):
@@ -59,4 +72,43 @@ def interact(
         demonstrations = expert.demonstrate(played, trajectories, demonstration_key)
         return learner.update(state, Interaction(played, demonstrations), update_key), record
 
-    return jax.lax.scan(one_round, state, jax.numpy.arange(iterations))
+    return jax.lax.scan(one_round, state, jnp.arange(iterations))
+
+
+def live(
+    learner: AbstractLearner[State],
+    expert: Demonstrator,
+    iterations: int,
+    trajectories: int,
+    seed: int,
+    progress: bool = True,
+) -> State:
+    """The learner's state after `iterations` rounds with `expert`, of `trajectories` episodes each.
+
+    An `AbstractExpert` is compiled together with the learner; any other expert is called from a host loop, one
+    `demonstrate` a round. Both ways the randomness is the same function of `seed`.
+    """
+    init_key, key = jax.random.split(jax.random.key(seed))
+    state = eqx.filter_jit(learner.init)(init_key)
+    with rich.progress.Progress(disable=not progress) as bars:
+        bar = bars.add_task("learning", total=iterations)
+        if isinstance(expert, AbstractExpert):
+            advance = jax.jit(
+                lambda state, first, number: interact(
+                    learner, expert, state, key, first, number, trajectories, lambda state, proposal: {}
+                )[0],
+                static_argnums=2,
+            )
+            for first in range(0, iterations, CHUNK):
+                number = min(CHUNK, iterations - first)
+                state = jax.block_until_ready(advance(state, jnp.asarray(first), number))
+                bars.update(bar, advance=number)
+            return state
+        propose, update = eqx.filter_jit(learner.propose), eqx.filter_jit(learner.update)
+        for iteration in range(iterations):
+            demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, iteration))
+            played = propose(state).policies.learner
+            seen = expert.demonstrate(played, trajectories, demonstration_key)
+            state = update(state, Interaction(played, seen), update_key)
+            bars.update(bar, advance=1)
+    return state

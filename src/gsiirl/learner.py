@@ -21,7 +21,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from gsiirl.equilibria.logit import Logit, LogitSolution
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.interaction import AbstractLearner
+from gsiirl.interaction import AbstractLearner, Demonstrator, live
 from gsiirl.irl.dependent_reward import DependentValue, LeastSquares
 from gsiirl.irl.expectations import expected_return, sampled_reward_gradient
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood
@@ -45,6 +45,20 @@ class GSIIRLState(eqx.Module):
     lower_optimiser: optax.OptState
 
 
+class Learned(eqx.Module):
+    """What a learner comes out with; the three rewards are weights of their features, in reward units.
+
+    `expert_reward` estimates r_e and `dependent_reward` r_ld; `commitment` is the reward the policy is made of.
+    `solution.policies.learner` is the policy to live by, `solution.policies.expert` what the learner expects of the expert.
+    """
+
+    state: GSIIRLState
+    expert_reward: Float[Array, " m"]
+    dependent_reward: Float[Array, " n"]
+    commitment: Float[Array, " n"]
+    solution: LogitSolution
+
+
 class GSIIRL(AbstractLearner[GSIIRLState]):
     """General-sum interactive inverse reinforcement learning with the response `well_specified`.
 
@@ -64,6 +78,65 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     ridge: float
     optimiser: optax.GradientTransformation = eqx.field(static=True)
     remembered: int = eqx.field(static=True)
+
+    @classmethod
+    def create(
+        cls,
+        game: AbstractTabularGame,
+        *,
+        own_reward: AbstractPayoff,
+        dependent_value: DependentValue,
+        dependent_reward: Linear,
+        expert_reward: Linear,
+        temperature: float,
+        discount: float = 0.95,
+        regularisation: float = 1e-3,
+        inner_steps: int = 10,
+        inner_step_size: float = 0.02,
+        step_size: float = 1.0,
+        step_decay: float = 20.0,
+        remembered: int = 16,
+    ) -> "GSIIRL":
+        """The default preset: Adam in both levels.
+
+        `temperature` is τ in reward units, the expert's and the forward model's; `regularisation` is λ. The upper level's
+        first step changes rewards by about step_size · τ, and is halved after `step_decay` iterations; the lower level
+        takes `inner_steps` steps of `inner_step_size` in the unit ball.
+        """
+        # A step on θ changes rewards by scale times as much; what matters to a policy is that change over τ.
+        first_step = step_size * temperature / float(dependent_reward.scale)
+        return cls(
+            game=game,
+            own_reward=own_reward,
+            dependent_value=dependent_value,
+            dependent_reward=dependent_reward,
+            expert_reward=expert_reward,
+            forward_model=Logit(temperature),
+            lower_level=MaximumLikelihood(
+                temperature=temperature,
+                discount=discount,
+                regularisation=regularisation,
+                steps=inner_steps,
+                optimiser=optax.adam(inner_step_size),
+            ),
+            discount=discount,
+            ridge=regularisation,
+            optimiser=optax.adam(lambda k: first_step / (1.0 + k / step_decay)),
+            remembered=remembered,
+        )
+
+    def fit(
+        self, expert: Demonstrator, iterations: int = 50, trajectories: int = 100, seed: int = 0, progress: bool = True
+    ) -> "Learned":
+        """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned."""
+        state = live(self, expert, iterations, trajectories, seed, progress)
+        return Learned(
+            state=state,
+            expert_reward=self.expert_reward.scale * state.expert_parameters,
+            dependent_reward=self.dependent_reward.scale * self.fitted_dependent_reward(state),
+            commitment=self.dependent_reward.scale * state.commitment,
+            solution=eqx.filter_jit(self.propose)(state),
+        )
 
     def init(self, key: PRNGKeyArray) -> GSIIRLState:
         dtype = self.game.initial.dtype

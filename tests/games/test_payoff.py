@@ -34,9 +34,9 @@ def test_structured_linear_solve_satisfies_its_equations():
     z_l, z_e = np.zeros((5, 4)), np.zeros((5, 4))
     np.fill_diagonal(z_l, learner.match)
     np.fill_diagonal(z_e, expert.match)
-    u, v = np.asarray(found.learner), np.asarray(found.expert)
-    np.testing.assert_allclose(u - 1.7 * (v * policies.expert) @ z_l.T, right.learner, atol=1e-13)
-    np.testing.assert_allclose(v - 1.7 * (u * policies.learner) @ z_e, right.expert, atol=1e-13)
+    u, v, p, q = map(np.asarray, (found.learner, found.expert, policies.learner, policies.expert))
+    np.testing.assert_allclose(u - 1.7 * (v * q) @ z_l.T, right.learner, atol=1e-13)
+    np.testing.assert_allclose(v - 1.7 * (u * p) @ z_e, right.expert, atol=1e-13)
 
 
 def test_dense_linear_solve_satisfies_its_equations():
@@ -45,8 +45,6 @@ def test_dense_linear_solve_satisfies_its_equations():
     policies = Sides(jnp.asarray(random.dirichlet(np.ones(3))), jnp.asarray(random.dirichlet(np.ones(4))))
     right = Sides(jnp.asarray(random.normal(size=(2, 3))), jnp.asarray(random.normal(size=(2, 4))))
     found = learner.solve_coupled(expert, policies, jnp.asarray(0.8), right)
-    u, v = np.asarray(found.learner), np.asarray(found.expert)
-    np.testing.assert_allclose(
-        u - 0.8 * (v * policies.expert) @ np.asarray(learner.values).T, right.learner, atol=1e-13
-    )
-    np.testing.assert_allclose(v - 0.8 * (u * policies.learner) @ np.asarray(expert.values), right.expert, atol=1e-13)
+    u, v, p, q = map(np.asarray, (found.learner, found.expert, policies.learner, policies.expert))
+    np.testing.assert_allclose(u - 0.8 * (v * q) @ np.asarray(learner.values).T, right.learner, atol=1e-13)
+    np.testing.assert_allclose(v - 0.8 * (u * p) @ np.asarray(expert.values), right.expert, atol=1e-13)

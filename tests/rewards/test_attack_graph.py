@@ -13,7 +13,7 @@ from tests import helpers
 @pytest.mark.parametrize("no_op", [False, True])
 def test_true_rewards_are_those_of_the_dense_game(variant, no_op):
     network, game, dense = helpers.small_attack_graph(variant, no_op)
-    attack, dependent = rewards.attack_features(game), rewards.dependent_features(game)
+    attack, dependent = rewards.attack_features(game), rewards.commitment_features(game)
     np.testing.assert_allclose(
         attack.payoff(jnp.asarray(rewards.expert_weights(network))).dense(), dense.expert_reward, atol=1e-15
     )

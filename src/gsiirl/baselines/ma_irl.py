@@ -52,7 +52,9 @@ class MAIRL(eqx.Module):
         dtype = self.game.initial.dtype
         keys = Sides(*jax.random.split(key))
         parameters = self._of_each(lambda reward, one: reward.initial_parameters(one, dtype), keys)
-        demonstrated = self._of_each(lambda reward: sampled_reward_gradient(reward, demonstrations, self.discount, dtype))
+        demonstrated = self._of_each(
+            lambda reward: sampled_reward_gradient(reward, demonstrations, self.discount, dtype)
+        )
         return MAIRLState(parameters, demonstrated, self.optimiser.init(parameters))
 
     def propose(self, state: MAIRLState) -> LogitSolution:

@@ -37,18 +37,17 @@ class Logit(eqx.Module):
     """Solver of the Markov logit equilibrium.
 
     Differentiable in rewards and temperature by the implicit function theorem. `temperature` is τ in reward units;
-    `tolerance` bounds the residual of every stage game (None: what the precision of the rewards allows).
+    The residual of a stage game is brought below 2000 ε (1 + max |Q| / 100 τ), ε being the precision of the game's arrays:
+    about what rounding in Q/τ leaves.
     """
 
     temperature: float | Float[Array, ""]
-    tolerance: float | None = eqx.field(static=True, default=None)
 
     def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: float) -> LogitSolution:
         """The equilibrium of `game` under `rewards` (payoffs over all states)."""
         dtype = game.initial.dtype
-        tolerance = self.tolerance if self.tolerance is not None else 2e3 * float(jnp.finfo(dtype).eps)
         temperature = jnp.asarray(self.temperature, dtype)
-        stage = jax.vmap(lambda q, guess: solve_stage(q, temperature, guess, tolerance))
+        stage = jax.vmap(lambda q, guess, tolerance: solve_stage(q, temperature, guess, tolerance), (0, 0, None))
         implicit = jax.vmap(lambda q, found: differentiable_log_policies(q, temperature, found))
 
         def backward(carry, _):
@@ -57,21 +56,25 @@ class Logit(eqx.Module):
             payoffs = Sides(
                 rewards.learner + following.learner * discount, rewards.expert + following.expert * discount
             )
-            found = stage(jax.lax.stop_gradient(payoffs), jax.lax.stop_gradient(guess))
+            largest = jnp.max(jnp.stack([jnp.max(jnp.abs(leaf)) for leaf in jax.tree.leaves(payoffs)]))
+            tolerance = jax.lax.stop_gradient(2e3 * jnp.finfo(dtype).eps * (1.0 + 0.01 * largest / temperature))
+            found = stage(jax.lax.stop_gradient(payoffs), jax.lax.stop_gradient(guess), tolerance)
+            converged = jnp.all(found.residual <= 10.0 * tolerance)
             log_policies = implicit(payoffs, found.log_policies)
             policies = jax.tree.map(jnp.exp, log_policies)
             values = Sides(
                 temperature * jax.nn.logsumexp(payoffs.learner.learner_values(policies.expert) / temperature, axis=-1),
                 temperature * jax.nn.logsumexp(payoffs.expert.expert_values(policies.learner) / temperature, axis=-1),
             )
-            return (values, log_policies), (policies, values, found.residual, found.branch_folds, found.followed)
+            return (values, log_policies), (policies, values, found, converged)
 
         nothing = jnp.zeros_like(game.initial)
         uniform = jax.tree.map(
             lambda actions: jnp.full((game.number_of_states, actions), -jnp.log(actions), dtype), game.number_of_actions
         )
-        _, (policies, values, residual, folds, followed) = jax.lax.scan(
+        _, (policies, values, found, converged) = jax.lax.scan(
             backward, (Sides(nothing, nothing), uniform), None, length=game.horizon, reverse=True
         )
-        worst = jnp.max(residual)
-        return LogitSolution(policies, values, worst, worst <= 10 * tolerance, folds, followed)
+        return LogitSolution(
+            policies, values, jnp.max(found.residual), jnp.all(converged), found.branch_folds, found.followed
+        )

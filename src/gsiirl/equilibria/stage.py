@@ -52,7 +52,7 @@ def solve_stage(
     payoffs: Sides[AbstractPayoff],
     temperature: Float[Array, ""],
     guess: Sides[Float[Array, " A"]],
-    tolerance: float,
+    tolerance: float | Float[Array, ""],
 ) -> StageSolution:
     """The principal logit equilibrium of one stage game; `guess` are log-policies to start Newton's method from.
 
@@ -144,7 +144,7 @@ def _newton(
     payoffs: Sides[AbstractPayoff],
     inverse_temperature: Float[Array, ""],
     start: Sides,
-    tolerance: float,
+    tolerance: float | Float[Array, ""],
     wanted: Bool[Array, ""],
 ) -> _Newton:
     """Newton's method with step halving on max |R|; stops at `tolerance`, or where no step helps any more."""

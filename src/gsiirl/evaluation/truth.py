@@ -49,7 +49,7 @@ class Truth(eqx.Module):
         return {**named("truth", self.returns(solution.policies)), **named("random", self.returns(met))}
 
     def evaluate(self, policies: Policies) -> dict[str, Float[Array, ""]]:
-        """NashConv, and returns of the pair (`model_`) and of its learner's half against the true expert (`deployed_`)."""
+        """NashConv, and returns of the pair (`model_`) and of its learner's half with the true expert (`deployed_`)."""
         deployed = Sides(policies.learner, self.expert_response(policies.learner))
         return {
             **named("model", self.returns(policies)),

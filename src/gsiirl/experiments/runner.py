@@ -4,6 +4,7 @@ import importlib.metadata
 import platform
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,7 @@ def run(config: SecurityConfig, out: Path) -> None:
     """
     config = config.resolved()
     network = network_of(config)
-    with jax.enable_x64(True), jax.default_device(_device(config.device)):
+    with jax.enable_x64(True), _on_device(config.device):
         problem = build(config, network)
         game = {
             **network.to_json_dict(),
@@ -84,7 +85,7 @@ def resume(path: Path) -> None:
         return
     # The network as it was, wherever the file it came from may be now.
     network = read_network(path / "game.json", config.variant)
-    with jax.enable_x64(True), jax.default_device(_device(config.device)):
+    with jax.enable_x64(True), _on_device(config.device):
         _go_on(folder, config, build(config, network), folder.load_checkpoint())
 
 
@@ -288,9 +289,9 @@ def _restored(checkpoint: Checkpoint, like: PyTree) -> PyTree:
     return jax.tree.unflatten(structure, leaves)
 
 
-def _device(name: str) -> jax.Device:
+def _on_device(name: str) -> AbstractContextManager[object]:
     try:
-        return jax.devices(name)[0]
+        return jax.default_device(jax.devices(name)[0])
     except RuntimeError as error:
         raise InputError("--device", f"no {name} is to be had", "use --device cpu") from error
 

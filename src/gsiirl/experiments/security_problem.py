@@ -13,7 +13,6 @@ from gsiirl.experiments.security import SecurityConfig
 from gsiirl.expert import RespondingExpert
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.irl.dependent_reward import DependentValue
-from gsiirl.irl.maximum_likelihood import MaximumLikelihood
 from gsiirl.learner import GSIIRL
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
@@ -53,46 +52,37 @@ def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
     dependent_weights = rewards.dependent_weights(network)
     # All that is known of the rewards beforehand is their unit: no weight exceeds the bound.
     scale = config.reward_bound * math.sqrt(len(attack.names))
-    # A step on θ changes rewards by scale times as much; what matters to a policy is that change over the temperature.
-    first_step = config.step_size * config.temperature / scale
-    lower_level_optimiser = optax.adam(config.inner_step_size)
-    expert_reward = Linear(attack, scale)
-    dependent_reward = Linear(dependent, scale)
+    expert_reward, dependent_reward = Linear(attack, scale), Linear(dependent, scale)
     own_reward = rewards.own_reward(game, network)
     dependent_table = dependent.payoff(jnp.asarray(dependent_weights))
     expert_table = attack.payoff(jnp.asarray(expert_weights))
-    forward_model = Logit(config.temperature)
     return SecurityProblem(
         network=network,
         game=game,
-        learner=GSIIRL(
-            game=game,
+        learner=GSIIRL.create(
+            game,
             own_reward=own_reward,
             dependent_value=DependentValue(dependent_table),
-            expert_reward=expert_reward,
             dependent_reward=dependent_reward,
-            forward_model=forward_model,
-            lower_level=MaximumLikelihood(
-                temperature=config.temperature,
-                discount=config.discount,
-                regularisation=config.regularisation,
-                steps=config.inner_steps,
-                optimiser=lower_level_optimiser,
-            ),
+            expert_reward=expert_reward,
+            temperature=config.temperature,
             discount=config.discount,
-            optimiser=optax.adam(lambda k: first_step / (1.0 + k / config.step_decay)),
-            ridge=config.regularisation,
+            regularisation=config.regularisation,
+            inner_steps=config.inner_steps,
+            inner_step_size=config.inner_step_size,
+            step_size=config.step_size,
+            step_decay=config.step_decay,
             remembered=config.remembered,
         ),
         ma_irl=MAIRL(
             game=game,
             own_reward=own_reward,
             rewards=Sides(dependent_reward, expert_reward),
-            forward_model=forward_model,
+            forward_model=Logit(config.temperature),
             discount=config.discount,
             regularisation=config.regularisation,
             steps=config.inner_steps,
-            optimiser=lower_level_optimiser,
+            optimiser=optax.adam(config.inner_step_size),
         ),
         expert=RespondingExpert(game, expert_table, config.temperature, config.discount),
         truth=Truth(game, Sides(dependent_table + own_reward, expert_table), config.temperature, config.discount),

@@ -25,7 +25,7 @@ def expected_negative_log_likelihood(
     discount: float,
     regularisation: float,
 ) -> Float[Array, ""]:
-    """L of infinitely many demonstrations: its expectation over the exact occupancies of the `demonstrated` policies."""
+    """L of infinitely many demonstrations: the expectation over exact occupancies of the `demonstrated` policies."""
     response = respond(game, demonstrated.learner, reward.payoff(parameters), temperature, discount)
     distributions = state_distributions(game, demonstrated)
     weights = discount ** jnp.arange(game.horizon, dtype=distributions.dtype)

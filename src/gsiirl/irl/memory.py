@@ -26,7 +26,7 @@ class Memory(eqx.Module):
     @property
     def filled(self) -> Bool[Array, " M"]:
         """Which slots hold an interaction."""
-        return jnp.arange(self.demonstrated.shape[0]) < self.count
+        return jnp.arange(self.demonstrated.shape[0], dtype=self.count.dtype) < self.count
 
     def remember(
         self, key: PRNGKeyArray, learner_policy: Float[Array, "T S A_l"], demonstrated: Float[Array, " m"]

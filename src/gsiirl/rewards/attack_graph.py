@@ -2,7 +2,7 @@
 
 The same features serve every algorithm. The attacker's:
 
-    φ_e(s, a) = (P(j is newly compromised | s, a))_j  ++  (−1[a_e = e])_e        weights: value of node j, cost of edge e
+    φ_e(s, a) = (P(j is newly compromised | s, a))_j  ++  (−1[a_e = e])_e      weights: value of node j, cost of edge e
 
 The defender's expert-dependent reward has −φ_e: its weights are losses, and its share in the attacker's costs (1 in the
 zero-sum variant, where r_ld = −r_e, and 0 in the general-sum one). A commitment may also be rewarded for the edge it
@@ -89,7 +89,7 @@ def expert_weights(network: AttackNetwork) -> np.ndarray:
 
 
 def dependent_weights(network: AttackNetwork) -> np.ndarray:
-    """Weights of the true r_ld: node losses, then the share in the attacker's costs (N + E,)."""
+    """Weights of the true r_ld among a commitment's features: losses, shares in costs, nothing for blocks (N + 2E,)."""
     share = network.attack_cost if network.variant == "zero_sum" else np.zeros_like(network.attack_cost)
     return np.concatenate([network.criticality, share, np.zeros_like(share)])
 

@@ -1,0 +1,209 @@
+"""The stage solver against recorded pygambit solutions, against the oracle, and between its two forms of payoff."""
+
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import softmax
+
+from gsiirl.equilibria.stage import StageSolution, _certified_unique, differentiable_log_policies, solve_stage
+from gsiirl.games import DensePayoff, MatchingPayoff
+from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.types import Sides
+from tests import oracles
+
+RECORDED = np.load(Path(__file__).parents[1] / "data" / "pygambit_logit.npz")
+TOLERANCE = 4e-13
+EXAMPLES = 12
+
+
+def uniform(payoffs: Sides[AbstractPayoff]) -> Sides:
+    actions = payoffs.learner.number_of_actions
+    return Sides(*(jnp.full(number, -jnp.log(number)) for number in actions))
+
+
+@jax.jit
+@jax.vmap
+def solve(payoffs: Sides[AbstractPayoff], temperature: jax.Array) -> StageSolution:
+    """One stage game each, from uniform policies."""
+    return solve_stage(payoffs, temperature, uniform(payoffs), TOLERANCE)
+
+
+certified = jax.jit(jax.vmap(_certified_unique))
+
+
+# --- pygambit
+
+
+def recorded(games: np.ndarray, rationality: np.ndarray) -> StageSolution:
+    """Solutions [game, column] of recorded games at one lambda each."""
+    columns = rationality.shape[1]
+    payoffs = Sides(
+        *(
+            DensePayoff(jnp.asarray(np.repeat(RECORDED[name][games], columns, axis=0)))
+            for name in ("learner_payoff", "expert_payoff")
+        )
+    )
+    found = solve(payoffs, jnp.asarray(1.0 / rationality.ravel()))
+    return jax.tree.map(lambda leaf: np.asarray(leaf).reshape(*rationality.shape, *leaf.shape[1:]), found)
+
+
+def test_solutions_are_pygambits():
+    found = recorded(np.arange(20), RECORDED["reached"])
+    assert not found.branch_folds.any()
+    assert found.residual.max() <= 1e-11
+    np.testing.assert_allclose(np.exp(found.log_policies.learner), RECORDED["learner"], atol=1e-12)
+    np.testing.assert_allclose(np.exp(found.log_policies.expert), RECORDED["expert"], atol=1e-12)
+
+
+def test_solutions_beyond_a_fold_are_pygambits():
+    found = recorded(RECORDED["folding_game"], RECORDED["folding_reached"])
+    assert found.residual.max() <= 1e-11
+    np.testing.assert_allclose(np.exp(found.log_policies.learner), RECORDED["folding_learner"], atol=1e-11)
+    np.testing.assert_allclose(np.exp(found.log_policies.expert), RECORDED["folding_expert"], atol=1e-11)
+    # The last game turns at 25.5 only, so at 20 it is on the way out.
+    assert found.branch_folds.tolist() == [[True, True], [True, True], [False, True]]
+
+
+def test_a_target_just_before_the_first_turn_is_reached_without_a_fold_and_one_just_after_it_with_one():
+    turns = RECORDED["folding_turns"][:, 0]
+    found = recorded(RECORDED["folding_game"], np.stack([turns * (1 - 1e-3), turns * (1 + 1e-3)], axis=1))
+    assert found.residual.max() <= 1e-11
+    assert found.branch_folds.tolist() == [[False, True]] * 3
+
+
+# --- matching payoffs
+
+SHAPES = [(2, 0, 0), (4, 1, 0), (5, 0, 1), (8, 1, 1)]
+"""Matched actions, and no-ops of the learner and of the expert; few shapes, because each is compiled."""
+
+
+def matching_games(seed: int, shape: tuple[int, int, int], spread: float) -> Sides[MatchingPayoff]:
+    """`EXAMPLES` games with standard normal matches; `spread` scales what an action is worth by itself."""
+    matches, learner_no_op, expert_no_op = shape
+    random = np.random.default_rng(seed)
+
+    def draw(actions: int, scale: float = 1.0):
+        return jnp.asarray(scale * random.normal(size=(EXAMPLES, actions)))
+
+    learner, expert = matches + learner_no_op, matches + expert_no_op
+    return Sides(
+        MatchingPayoff(draw(learner, spread), draw(expert), draw(matches)),
+        MatchingPayoff(draw(learner), draw(expert, spread), draw(matches)),
+    )
+
+
+def dense(payoffs: Sides[MatchingPayoff]) -> Sides[DensePayoff]:
+    return Sides(DensePayoff(payoffs.learner.dense()), DensePayoff(payoffs.expert.dense()))
+
+
+seeds = st.integers(0, 2**32 - 1)
+temperatures = st.floats(np.log(0.02), np.log(2.0)).map(np.exp)
+spreads = st.sampled_from([1.0, 0.1])
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@given(seed=seeds, temperature=temperatures, spread=spreads)
+@settings(max_examples=4)
+def test_structured_and_dense_solutions_agree_with_the_oracle(shape, seed, temperature, spread):
+    payoffs = matching_games(seed, shape, spread)
+    at = jnp.full(EXAMPLES, temperature)
+    structured, unstructured = solve(payoffs, at), solve(dense(payoffs), at)
+    for number in range(EXAMPLES):
+        matrices = np.asarray(payoffs.learner.dense()[number]), np.asarray(payoffs.expert.dense()[number])
+        expected = oracles.stage_logit(*matrices, temperature)
+        for found in (structured, unstructured):
+            assert float(found.residual[number]) <= 1e-11
+            np.testing.assert_allclose(np.exp(found.log_policies.learner[number]), expected.learner, atol=1e-9)
+            np.testing.assert_allclose(np.exp(found.log_policies.expert[number]), expected.expert, atol=1e-9)
+            assert bool(found.branch_folds[number]) == expected.folded
+
+
+def equilibria_from_many_starts(learner: np.ndarray, expert: np.ndarray, temperature: float, seed: int) -> np.ndarray:
+    """The learner's halves of the equilibria that Newton's method finds on p − softmax(A softmax(Bᵀp/τ)/τ) = 0."""
+    random = np.random.default_rng(seed)
+    actions = learner.shape[0]
+    starts = np.concatenate([random.dirichlet(np.full(actions, 0.2), size=300), np.eye(actions)])
+    found = []
+    for p in starts:
+        for _ in range(60):
+            q = softmax(expert.T @ p / temperature)
+            answer = softmax(learner @ q / temperature)
+            by_q = (np.diag(answer) - np.outer(answer, answer)) @ learner / temperature
+            by_p = (np.diag(q) - np.outer(q, q)) @ expert.T / temperature
+            p = p - np.linalg.solve(np.eye(actions) - by_q @ by_p, p - answer)
+            p = np.clip(p, 1e-300, 1.0)
+            p /= p.sum()
+        q = softmax(expert.T @ p / temperature)
+        if np.abs(p - softmax(learner @ q / temperature)).max() < 1e-10:
+            found.append(p)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@given(seed=seeds, temperature=temperatures, spread=spreads)
+@settings(max_examples=6)
+def test_where_uniqueness_is_certified_no_second_equilibrium_is_found(shape, seed, temperature, spread):
+    payoffs = matching_games(seed, shape, spread)
+    sure = np.asarray(certified(payoffs, jnp.full(EXAMPLES, 1.0 / temperature)))
+    if not sure.any():
+        return
+    number = int(np.argmax(sure))
+    matrices = np.asarray(payoffs.learner.dense()[number]), np.asarray(payoffs.expert.dense()[number])
+    found = equilibria_from_many_starts(*matrices, temperature, seed)
+    assert len(found) > 0
+    assert np.ptp(found, axis=0).max() <= 1e-6
+
+
+def test_a_coordination_game_with_three_equilibria_is_not_certified():
+    payoff = MatchingPayoff(jnp.asarray([[0.1, 0.0]]), jnp.zeros((1, 2)), jnp.ones((1, 2)))
+    [matrix] = np.asarray(payoff.dense())
+    found = equilibria_from_many_starts(matrix, matrix, 0.1, 0)
+    assert len(np.unique(found.round(6), axis=0)) == 3
+    assert not certified(Sides(payoff, payoff), jnp.asarray([10.0])).item()
+
+
+def test_no_game_of_two_actions_with_several_equilibria_is_certified():
+    random = np.random.default_rng(0)
+    own, match = 0.1 * random.normal(size=(2, 2000, 2)), random.normal(size=(2, 2000, 2))
+    nothing = jnp.zeros((2000, 2))
+    payoffs = Sides(
+        MatchingPayoff(jnp.asarray(own[0]), nothing, jnp.asarray(match[0])),
+        MatchingPayoff(nothing, jnp.asarray(own[1]), jnp.asarray(match[1])),
+    )
+    rationality = np.exp(random.uniform(0.0, 3.0, size=(2000, 1)))
+    sure = np.asarray(certified(payoffs, jnp.asarray(rationality[:, 0])))
+
+    def response(side: int, other: np.ndarray) -> np.ndarray:
+        """Probability of the first action, against that of the other side."""
+        difference = np.diff(own[side])[:, ::-1] - match[side, :, :1] * other + match[side, :, 1:] * (1.0 - other)
+        return 1.0 / (1.0 + np.exp(rationality * difference))
+
+    # Equilibria are where the response to the response crosses the diagonal.
+    grid = np.linspace(0.0, 1.0, 2001)[None, :]
+    crossings = np.sum(np.diff(np.sign(response(0, response(1, grid)) - grid), axis=1) != 0, axis=1)
+    assert (crossings > 1).sum() >= 20
+    assert sure.sum() >= 100
+    assert not np.any(sure & (crossings > 1))
+
+
+def test_derivatives_are_those_of_the_solution():
+    payoffs = matching_games(5, (5, 0, 1), 1.0)
+    one, direction = (jax.tree.map(lambda leaf, k=k: leaf[k], payoffs) for k in (0, 1))
+    temperature = jnp.asarray(0.4)
+
+    def policies(step):
+        moved = jax.tree.map(lambda leaf, by: leaf + step * by, one, direction)
+        held = jax.lax.stop_gradient(moved)
+        found = solve_stage(held, temperature, uniform(held), TOLERANCE).log_policies
+        return differentiable_log_policies(moved, temperature, found)
+
+    value, slope = jax.jit(policies), jax.jit(jax.jacfwd(policies))
+    found = slope(jnp.asarray(0.0))
+    before, after = value(jnp.asarray(-1e-5)), value(jnp.asarray(1e-5))
+    np.testing.assert_allclose(found.learner, (after.learner - before.learner) / 2e-5, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(found.expert, (after.expert - before.expert) / 2e-5, rtol=1e-6, atol=1e-8)

@@ -1,0 +1,122 @@
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+import pytest
+
+from gsiirl.equilibria import respond
+from gsiirl.games.attack_graph import AttackGraph
+from gsiirl.irl import MaximumLikelihood, Memory, reward_gradient_expectation
+from gsiirl.rewards import Linear
+from gsiirl.rewards import attack_graph as rewards
+from gsiirl.types import Sides
+from tests import helpers, oracles
+
+TEMPERATURE, DISCOUNT, INTERACTIONS = 0.4, 0.95, 4
+
+
+class Problem(eqx.Module):
+    """Exact demonstrations of a known expert under several policies of the learner, on the small attack graph."""
+
+    game: AttackGraph
+    reward: Linear
+    true: jax.Array
+    memory: Memory
+    level: MaximumLikelihood
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    network = helpers.small_network()
+    game = AttackGraph.create(network, 6)
+    weights = jnp.asarray(rewards.expert_weights(network))
+    scale = 2.0 * float(jnp.linalg.norm(weights))
+    reward, true = Linear(rewards.attack_features(game), scale), weights / scale
+    edges = game.number_of_edges
+    played = jnp.stack(
+        [jnp.asarray(oracles.random_policy(k, 6, game.number_of_states, edges)) for k in range(INTERACTIONS)]
+    )
+
+    def demonstrated(learner_policy):
+        expert = respond(game, learner_policy, reward.payoff(true), TEMPERATURE, DISCOUNT).policy
+        return reward_gradient_expectation(game, reward, Sides(learner_policy, expert), DISCOUNT)
+
+    # One slot more than interactions: what was never filled must not count.
+    memory = Memory.empty(INTERACTIONS + 1, played.shape[1:], true.shape[0], played.dtype)
+    for index, (policy, seen) in enumerate(zip(played, jax.jit(jax.vmap(demonstrated))(played), strict=True)):
+        memory = memory.remember(jax.random.key(index), policy, seen)
+    level = MaximumLikelihood(TEMPERATURE, DISCOUNT, 0.0, steps=3, optimiser=optax.sgd(0.05))
+    return Problem(game, reward, true, memory, level)
+
+
+@eqx.filter_jit
+def gradient(problem: Problem, theta: jax.Array) -> jax.Array:
+    return problem.level.gradient(problem.game, problem.reward, theta, problem.memory)
+
+
+@eqx.filter_jit
+def hessian(problem: Problem, theta: jax.Array) -> jax.Array:
+    return jax.jacfwd(lambda x: problem.level.gradient(problem.game, problem.reward, x, problem.memory))(theta)
+
+
+@eqx.filter_jit
+def fit(problem: Problem, theta: jax.Array) -> jax.Array:
+    state = problem.level.optimiser.init(theta)
+    return problem.level.fit(problem.game, problem.reward, theta, state, problem.memory)[0]
+
+
+def test_the_truth_is_a_fixed_point(problem):
+    assert float(jnp.max(jnp.abs(gradient(problem, problem.true)))) <= 1e-12
+    np.testing.assert_allclose(fit(problem, problem.true), problem.true, atol=1e-12)
+
+
+def test_exact_demonstrations_recover_the_truth_in_every_identified_direction(problem):
+    assert float(jnp.linalg.norm(problem.true)) < 1.0
+    theta = jnp.zeros_like(problem.true)
+    # Damped Newton within what the data say; the objective is convex.
+    for _ in range(30):
+        slope, curvature = np.asarray(gradient(problem, theta)), np.asarray(hessian(problem, theta))
+        step = np.linalg.lstsq(curvature, -slope, rcond=1e-9)[0]
+        theta = theta + jnp.asarray(step * min(1.0, 0.2 / np.linalg.norm(step)))
+    assert float(jnp.max(jnp.abs(gradient(problem, theta)))) <= 1e-11
+    eigenvalues, directions = np.linalg.eigh(np.asarray(hessian(problem, problem.true)))
+    identified = eigenvalues >= 1e-3 * eigenvalues[-1]
+    # At least the values of the nodes that can be taken are among them.
+    assert identified.sum() >= 3
+    np.testing.assert_allclose(directions[:, identified].T @ np.asarray(theta - problem.true), 0.0, atol=1e-6)
+
+
+def test_the_hessian_is_symmetric_and_positive_semidefinite(problem):
+    for seed in range(3):
+        curvature = np.asarray(hessian(problem, jax.random.ball(jax.random.key(seed), problem.true.shape[0])))
+        largest = np.abs(curvature).max()
+        np.testing.assert_allclose(curvature, curvature.T, atol=1e-12 * largest)
+        assert np.linalg.eigvalsh(curvature).min() >= -1e-12 * largest
+
+
+def test_the_gradient_is_monotone(problem):
+    points = jax.random.ball(jax.random.key(7), problem.true.shape[0], shape=(8,))
+    slopes = [gradient(problem, point) for point in points]
+    for one in range(8):
+        for other in range(one):
+            assert float(jnp.vdot(points[one] - points[other], slopes[one] - slopes[other])) >= 0.0
+
+
+def test_steps_stay_in_the_unit_ball_and_the_projection_binds_where_it_should(problem):
+    # With a scale twice too small the truth lies outside, and the boundary is where the steps end.
+    tight = eqx.tree_at(lambda p: p.reward, problem, Linear(problem.reward.features, 0.2))
+    tight = eqx.tree_at(
+        lambda p: p.memory.demonstrated, tight, 0.2 / problem.reward.scale * problem.memory.demonstrated
+    )
+    tight = eqx.tree_at(lambda p: p.level, tight, MaximumLikelihood(TEMPERATURE, DISCOUNT, 0.0, 40, optax.sgd(5.0)))
+    theta = fit(tight, jnp.zeros_like(problem.true))
+    assert float(jnp.linalg.norm(theta)) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_step_of_plain_descent_is_that_of_the_temperature_times_the_gradient(problem):
+    theta = 0.3 * jax.random.ball(jax.random.key(2), problem.true.shape[0])
+    expected = theta
+    for _ in range(problem.level.steps):
+        expected = expected - 0.05 * TEMPERATURE * gradient(problem, expected)
+    np.testing.assert_allclose(fit(problem, theta), expected, atol=1e-14)
