@@ -12,7 +12,9 @@ def log_softmax(values: np.ndarray) -> np.ndarray:
     return shifted - np.log(np.exp(shifted).sum())
 
 
-def solve_stage(learner: np.ndarray, expert: np.ndarray, temperature: float, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+def solve_stage(
+    learner: np.ndarray, expert: np.ndarray, temperature: float, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Log-policies of the stage game with matrices Q_l, Q_e (A_l, A_e): damped Newton on dense matrices.
 
     Along a few temperatures down to the target, each from the solution before: a plain, careful program of its kind.
@@ -32,14 +34,14 @@ def solve_stage(learner: np.ndarray, expert: np.ndarray, temperature: float, tol
             to_l = (learner - best_l @ learner) * q / tau
             to_e = (expert.T - best_e @ expert.T) * p / tau
             jacobian = np.block([[np.eye(actions_l), -to_l], [-to_e, np.eye(actions_e)]])
-            step, length = np.linalg.solve(jacobian, -residual), 1.0
-            while length > 1e-4:
+            step = np.linalg.solve(jacobian, -residual)
+            u_new, v_new = u, v
+            for length in 0.5 ** np.arange(14):
                 u_new, v_new = u + length * step[:actions_l], v + length * step[actions_l:]
                 p, q = np.exp(u_new), np.exp(v_new)
                 moved = [u_new - log_softmax(learner @ q / tau), v_new - log_softmax(expert.T @ p / tau)]
                 if np.abs(np.concatenate(moved)).max() < size:
                     break
-                length *= 0.5
             u, v = u_new, v_new
     return u, v
 

@@ -12,7 +12,9 @@ def test_ten_seeds_of_three_algorithms(tmp_path):
         out = tmp_path / algorithm
         command = [sys.executable, "-m", "gsiirl", "run", "security", "--graph-seed", "0", "--algorithm", algorithm]
         began = time.perf_counter()
-        subprocess.run([*command, "--seeds", "10", "--iterations", "50", "--out", str(out)], check=True, capture_output=True)
+        subprocess.run(
+            [*command, "--seeds", "10", "--iterations", "50", "--out", str(out)], check=True, capture_output=True
+        )
         seconds = time.perf_counter() - began
         total += seconds
         final = json.loads((out / "summary.json").read_text())["final"]

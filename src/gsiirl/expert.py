@@ -16,7 +16,8 @@ from gsiirl.types import Sides, Trajectories
 class AbstractExpert(eqx.Module):
     """An expert that JAX can trace: its episodes can be drawn inside a compiled loop.
 
-    Anybody else (a person, a simulator, logged data) needs only a `demonstrate` of the same form; see `interaction.live`.
+    Anybody else (a person, a simulator, logged data) needs only a `demonstrate` of the same form; see
+    `interaction.live`.
     """
 
     @abc.abstractmethod

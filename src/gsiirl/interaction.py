@@ -6,7 +6,7 @@ An expert that JAX can trace lives with it inside one `lax.scan`; any other is c
 
 import abc
 from collections.abc import Callable
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -25,6 +25,7 @@ CHUNK = 5
 Observe = Callable[[PyTree, LogitSolution], dict[str, Array]]
 
 
+@runtime_checkable
 class Demonstrator(Protocol):
     """Whoever can be asked to live with a learner's policy."""
 

@@ -1,4 +1,4 @@
-"""GSIIRL: Algorithm 1 of the paper, mended (spec section 6).
+"""GSIIRL: Algorithm 1 of the paper, mended where docs/deviations.md says.
 
 For k = 0, …, K − 1:
 
@@ -49,7 +49,8 @@ class Learned(eqx.Module):
     """What a learner comes out with; the three rewards are weights of their features, in reward units.
 
     `expert_reward` estimates r_e and `dependent_reward` r_ld; `commitment` is the reward the policy is made of.
-    `solution.policies.learner` is the policy to live by, `solution.policies.expert` what the learner expects of the expert.
+    `solution.policies.learner` is the policy to live by, `solution.policies.expert` what the learner expects of the
+    expert.
     """
 
     state: GSIIRLState
@@ -99,9 +100,9 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     ) -> "GSIIRL":
         """The default preset: Adam in both levels.
 
-        `temperature` is τ in reward units, the expert's and the forward model's; `regularisation` is λ. The upper level's
-        first step changes rewards by about step_size · τ, and is halved after `step_decay` iterations; the lower level
-        takes `inner_steps` steps of `inner_step_size` in the unit ball.
+        `temperature` is τ in reward units, the expert's and the forward model's; `regularisation` is λ. The upper
+        level's first step changes rewards by about step_size · τ, and is halved after `step_decay` iterations; the
+        lower level takes `inner_steps` steps of `inner_step_size` in the unit ball.
         """
         # A step on θ changes rewards by scale times as much; what matters to a policy is that change over τ.
         first_step = step_size * temperature / float(dependent_reward.scale)

@@ -78,7 +78,7 @@ def test_a_target_just_before_the_first_turn_is_reached_without_a_fold_and_one_j
 
 # --- matching payoffs
 
-SHAPES = [(2, 0, 0), (4, 1, 0), (5, 0, 1), (8, 1, 1)]
+SHAPES = [(2, 0, 0), (5, 0, 1), (6, 1, 0)]
 """Matched actions, and no-ops of the learner and of the expert; few shapes, because each is compiled."""
 
 
@@ -101,6 +101,23 @@ def dense(payoffs: Sides[MatchingPayoff]) -> Sides[DensePayoff]:
     return Sides(DensePayoff(payoffs.learner.dense()), DensePayoff(payoffs.expert.dense()))
 
 
+def solve_few(payoffs: Sides, temperature: np.ndarray) -> StageSolution:
+    """`solve` for at most `EXAMPLES` games, as part of a batch of that size, which is compiled already."""
+    batch = np.resize(np.arange(len(temperature)), EXAMPLES)
+    found = solve(jax.tree.map(lambda leaf: leaf[batch], payoffs), jnp.asarray(temperature[batch]))
+    return jax.tree.map(lambda leaf: leaf[: len(temperature)], found)
+
+
+def assert_oracles_solutions(payoffs: Sides[MatchingPayoff], temperature: np.ndarray) -> None:
+    learner, expert = np.asarray(payoffs.learner.dense()), np.asarray(payoffs.expert.dense())
+    expected = [oracles.stage_logit(*matrices) for matrices in zip(learner, expert, temperature, strict=True)]
+    for found in (solve_few(payoffs, temperature), solve_few(dense(payoffs), temperature)):
+        assert float(found.residual.max()) <= 1e-11
+        np.testing.assert_allclose(np.exp(found.log_policies.learner), [one.learner for one in expected], atol=1e-9)
+        np.testing.assert_allclose(np.exp(found.log_policies.expert), [one.expert for one in expected], atol=1e-9)
+        assert found.branch_folds.tolist() == [one.folded for one in expected]
+
+
 seeds = st.integers(0, 2**32 - 1)
 temperatures = st.floats(np.log(0.02), np.log(2.0)).map(np.exp)
 spreads = st.sampled_from([1.0, 0.1])
@@ -111,16 +128,33 @@ spreads = st.sampled_from([1.0, 0.1])
 @settings(max_examples=4)
 def test_structured_and_dense_solutions_agree_with_the_oracle(shape, seed, temperature, spread):
     payoffs = matching_games(seed, shape, spread)
-    at = jnp.full(EXAMPLES, temperature)
-    structured, unstructured = solve(payoffs, at), solve(dense(payoffs), at)
-    for number in range(EXAMPLES):
-        matrices = np.asarray(payoffs.learner.dense()[number]), np.asarray(payoffs.expert.dense()[number])
-        expected = oracles.stage_logit(*matrices, temperature)
-        for found in (structured, unstructured):
-            assert float(found.residual[number]) <= 1e-11
-            np.testing.assert_allclose(np.exp(found.log_policies.learner[number]), expected.learner, atol=1e-9)
-            np.testing.assert_allclose(np.exp(found.log_policies.expert[number]), expected.expert, atol=1e-9)
-            assert bool(found.branch_folds[number]) == expected.folded
+    assert_oracles_solutions(payoffs, np.full(EXAMPLES, temperature))
+
+
+def test_a_branch_that_passes_close_by_is_not_taken_for_the_principal_one():
+    """Games in which both sides gain by matching and hardly care how, drawn until a branch passed very close by."""
+    random = np.random.default_rng(2)
+    own, match = 0.1 * random.normal(size=(2, 400, 2)), np.abs(random.normal(size=(2, 400, 2)))
+    temperature = np.exp(random.uniform(np.log(0.02), np.log(2.0), size=400))
+    close = [19, 248]
+    payoffs = Sides(
+        MatchingPayoff(jnp.asarray(own[0, close]), jnp.zeros((2, 2)), jnp.asarray(match[0, close])),
+        MatchingPayoff(jnp.zeros((2, 2)), jnp.asarray(own[1, close]), jnp.asarray(match[1, close])),
+    )
+    assert_oracles_solutions(payoffs, temperature[close])
+
+
+def test_a_fold_shorter_than_a_step_is_seen():
+    """The branch turns back at 3.34805 and forth again at 3.34750."""
+    random = np.random.default_rng(7052)
+    learner, expert, of_learner, of_expert = (jnp.asarray(random.normal(size=(1, n))) for n in (5, 6, 5, 5))
+    payoffs = Sides(
+        MatchingPayoff(0.1 * learner, jnp.zeros((1, 6)), of_learner),
+        MatchingPayoff(jnp.zeros((1, 5)), 0.1 * expert, of_expert),
+    )
+    assert_oracles_solutions(payoffs, np.array([0.06]))
+    assert solve_few(payoffs, np.array([0.06])).branch_folds.tolist() == [True]
+    assert solve_few(payoffs, np.array([0.3])).branch_folds.tolist() == [False]
 
 
 def equilibria_from_many_starts(learner: np.ndarray, expert: np.ndarray, temperature: float, seed: int) -> np.ndarray:
@@ -194,16 +228,16 @@ def test_no_game_of_two_actions_with_several_equilibria_is_certified():
 def test_derivatives_are_those_of_the_solution():
     payoffs = matching_games(5, (5, 0, 1), 1.0)
     one, direction = (jax.tree.map(lambda leaf, k=k: leaf[k], payoffs) for k in (0, 1))
-    temperature = jnp.asarray(0.4)
+    temperature = np.full(3, 0.4)
 
-    def policies(step):
-        moved = jax.tree.map(lambda leaf, by: leaf + step * by, one, direction)
-        held = jax.lax.stop_gradient(moved)
-        found = solve_stage(held, temperature, uniform(held), TOLERANCE).log_policies
-        return differentiable_log_policies(moved, temperature, found)
+    def along(step: float | jax.Array) -> Sides[MatchingPayoff]:
+        return jax.tree.map(lambda leaf, by: leaf + step * by, one, direction)
 
-    value, slope = jax.jit(policies), jax.jit(jax.jacfwd(policies))
-    found = slope(jnp.asarray(0.0))
-    before, after = value(jnp.asarray(-1e-5)), value(jnp.asarray(1e-5))
-    np.testing.assert_allclose(found.learner, (after.learner - before.learner) / 2e-5, rtol=1e-6, atol=1e-8)
-    np.testing.assert_allclose(found.expert, (after.expert - before.expert) / 2e-5, rtol=1e-6, atol=1e-8)
+    steps = [along(step) for step in (-1e-5, 0.0, 1e-5)]
+    found = solve_few(jax.tree.map(lambda *leaves: jnp.stack(leaves), *steps), temperature).log_policies
+    before, here, after = (jax.tree.map(lambda leaf, k=k: leaf[k], found) for k in range(3))
+    at = jnp.asarray(0.4)
+    slope = jax.jacfwd(lambda step: differentiable_log_policies(along(step), at, here))(jnp.asarray(0.0))
+    difference = jax.tree.map(lambda a, b: (a - b) / 2e-5, after, before)
+    np.testing.assert_allclose(slope.learner, difference.learner, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(slope.expert, difference.expert, rtol=1e-6, atol=1e-8)

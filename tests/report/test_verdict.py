@@ -41,8 +41,8 @@ def test_better_or_worse_is_decided_by_the_interval(tmp_path: Path, deployed: li
     (sentence,) = sentences(tmp_path, deployed)
     assert sentence.endswith(verdict)
     assert (
-        "MARL, which was given both rewards, at \N{MINUS SIGN}6.34; a defender that plays at random, at \N{MINUS SIGN}9.10"
-        in sentence
+        "MARL, which was given both rewards, at \N{MINUS SIGN}6.34; "
+        "a defender that plays at random, at \N{MINUS SIGN}9.10" in sentence
     )
 
 

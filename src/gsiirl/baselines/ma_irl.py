@@ -1,4 +1,4 @@
-"""MA-IRL: both rewards fitted to one fixed set of demonstrations of the true game (spec section 7).
+"""MA-IRL: both rewards fitted to one fixed set of demonstrations of the true game.
 
 Per iteration, under the same forward model and in the same reward classes as GSIIRL,
 
@@ -64,7 +64,7 @@ class MAIRL(eqx.Module):
     def update(self, state: MAIRLState) -> MAIRLState:
         """One iteration: `steps` projected feature-matching steps for both sides together."""
 
-        def one_step(_: int, carry: tuple[PyTree, optax.OptState]) -> tuple[PyTree, optax.OptState]:
+        def one_step(_: Array, carry: tuple[PyTree, optax.OptState]) -> tuple[PyTree, optax.OptState]:
             parameters, optimiser = carry
             policies = self._forward(parameters).policies
 

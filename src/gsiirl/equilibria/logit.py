@@ -1,4 +1,4 @@
-"""The entropy-regularised Markov logit equilibrium of a tabular game (spec section 3).
+"""The entropy-regularised Markov logit equilibrium of a tabular game, explained in docs/equilibria.md.
 
 Backward in t, from V_T = 0, for both sides i:
 
@@ -36,9 +36,9 @@ class LogitSolution(eqx.Module):
 class Logit(eqx.Module):
     """Solver of the Markov logit equilibrium.
 
-    Differentiable in rewards and temperature by the implicit function theorem. `temperature` is τ in reward units;
-    The residual of a stage game is brought below 2000 ε (1 + max |Q| / 100 τ), ε being the precision of the game's arrays:
-    about what rounding in Q/τ leaves.
+    Differentiable in rewards and temperature by the implicit function theorem. `temperature` is τ in reward units. The
+    residual of a stage game is brought below 2000 ε (1 + max |Q| / 100 τ), ε being the precision of the game's
+    arrays: about what rounding in Q/τ leaves.
     """
 
     temperature: float | Float[Array, ""]

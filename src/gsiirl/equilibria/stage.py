@@ -31,6 +31,7 @@ _SMALLEST_STEP = 1e-7
 _LEAST_COSINE = 0.95
 _LARGEST_MISS = 0.2
 _CORRECTED = 1e-5
+_LEAST_FOLD = 1e-3
 
 
 class StageSolution(eqx.Module):
@@ -237,10 +238,11 @@ def _dot(a: _Point, b: _Point) -> Float[Array, ""]:
 
 def _bordered_step(
     payoffs: Sides[AbstractPayoff], point: _Point, residual: Sides, row: _Point, row_target: Float[Array, ""]
-) -> _Point:
+) -> tuple[_Point, Float[Array, ""]]:
     """Solve J w + ∂R/∂λ ℓ = −R, row·(w, ℓ) = row_target, with w keeping the policies normalised.
 
-    Unlike J alone, the bordered system stays regular where the branch folds.
+    Unlike J alone, the bordered system stays regular where the branch folds. The sign of its determinant comes with
+    (w, ℓ).
     """
     policies = jax.tree.map(jnp.exp, point.log_policies)
     one_l, one_e = jnp.ones_like(residual.learner), jnp.ones_like(residual.expert)
@@ -261,20 +263,22 @@ def _bordered_step(
         columns.expert * row.log_policies.expert[None, :], axis=1
     )
     last = jnp.stack([on_row[1], on_row[2], on_row[3] + row.inverse_temperature])
-    kappa_l, kappa_e, step = _solve_3x3(
+    (kappa_l, kappa_e, step), determinant = _solve_3x3(
         jnp.stack([on_learner[1:], on_expert[1:], last]),
         jnp.stack([-on_learner[0], -on_expert[0], row_target - on_row[0]]),
     )
     moved = jax.tree.map(lambda c: c[0] + kappa_l * c[1] + kappa_e * c[2] + step * c[3], columns)
-    return _Point(moved, step)
+    sign = payoffs.learner.coupled_sign(payoffs.expert, policies, point.inverse_temperature) * jnp.sign(determinant)
+    return _Point(moved, step), sign
 
 
-def _solve_3x3(matrix: Float[Array, "3 3"], right: Float[Array, " 3"]) -> tuple[Array, Array, Array]:
-    """Cramer's rule: elementwise, so that a batch of them stays one fused loop."""
+def _solve_3x3(matrix: Float[Array, "3 3"], right: Float[Array, " 3"]) -> tuple[tuple[Array, Array, Array], Array]:
+    """The solution and the determinant by Cramer's rule: elementwise, so that a batch of them stays one fused loop."""
     a, b, c = matrix[:, 0], matrix[:, 1], matrix[:, 2]
     bc, ca, ab = jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)
     determinant = jnp.sum(a * bc)
-    return jnp.sum(right * bc) / determinant, jnp.sum(right * ca) / determinant, jnp.sum(right * ab) / determinant
+    solution = jnp.sum(right * bc) / determinant, jnp.sum(right * ca) / determinant, jnp.sum(right * ab) / determinant
+    return solution, determinant
 
 
 def _follow_branch(payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wanted: Bool[Array, ""]) -> _Branch:
@@ -303,16 +307,24 @@ def _follow_branch(payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wan
         for _ in range(_CORRECTOR_STEPS):
             residual = _residual(payoffs, corrected.log_policies, corrected.inverse_temperature)
             off = _dot(row, jax.tree.map(jnp.subtract, predicted, corrected))
-            step = _bordered_step(payoffs, corrected, residual, row, off)
+            step, _ = _bordered_step(payoffs, corrected, residual, row, off)
             moved = jax.tree.map(jnp.add, corrected, step)
             corrected = _Point(_normalised(moved.log_policies), moved.inverse_temperature)
         left = _size(_residual(payoffs, corrected.log_policies, corrected.inverse_temperature))
-        turned = _unit(_bordered_step(payoffs, corrected, nothing, tangent, zero + 1.0))
-        # A step that turns much, or that the corrector moves far, may have landed on another branch.
+        turned, orientation = _bordered_step(payoffs, corrected, nothing, tangent, zero + 1.0)
+        turned = _unit(turned)
+        # A step that turns much, or that the corrector moves far, may have landed on another branch. So has one after
+        # which the determinant's sign is another: it is the same all along a branch, and differs between two branches
+        # that run side by side where they nearly meet.
         cosine = _dot(turned, tangent)
         missed = jax.tree.map(jnp.subtract, predicted, corrected)
         miss = jnp.sqrt(_dot(missed, missed)) / length
-        accepted = (left < _CORRECTED) & (cosine > _LEAST_COSINE) & (miss < _LARGEST_MISS)
+        same_branch = (cosine > _LEAST_COSINE) & (miss < _LARGEST_MISS) & (orientation > 0)
+        risen = corrected.inverse_temperature - point.inverse_temperature
+        hidden = (length > _LEAST_FOLD) & _turns_within(
+            tangent.inverse_temperature, turned.inverse_temperature, risen / length
+        )
+        accepted = (left < _CORRECTED) & same_branch & ~hidden
 
         def choose(new, old):
             return jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, old)
@@ -336,6 +348,19 @@ def _follow_branch(payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wan
         steps=jnp.zeros((), jnp.int32),
     )
     return jax.lax.while_loop(unfinished, body, start)
+
+
+def _turns_within(first: Float[Array, ""], last: Float[Array, ""], mean: Float[Array, ""]) -> Bool[Array, ""]:
+    """Whether λ turns back and forth within a step, by the cubic with these slopes at its ends and in the mean.
+
+    With slopes of one sign at both ends the turns would go unseen.
+    """
+    sign = jnp.sign(first)
+    first, last, mean = sign * first, sign * last, sign * mean
+    # The cubic's slope is first − 2 s t + 3 c t² over t in [0, 1].
+    slope, curvature = 2.0 * first + last - 3.0 * mean, first + last - 2.0 * mean
+    dips_inside = (slope > 0) & (slope < 3.0 * curvature)
+    return (last > 0) & dips_inside & (3.0 * curvature * first < slope**2)
 
 
 def _unit(tangent: _Point) -> _Point:

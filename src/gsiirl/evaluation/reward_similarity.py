@@ -12,8 +12,9 @@ from jaxtyping import Array, Float
 
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.rewards.linear import AbstractFeatures
+from gsiirl.types import Sides
 
-_LARGEST_SAMPLE = 1024
+_LARGEST_SAMPLE = 2_000_000
 
 
 class RewardSimilarity(eqx.Module):
@@ -27,16 +28,17 @@ class RewardSimilarity(eqx.Module):
 
     @classmethod
     def of(cls, game: AbstractTabularGame, features: AbstractFeatures) -> "RewardSimilarity":
-        """Over the game's states; over an even spread of 1024 of them where there are more."""
-        parameters = len(features.names)
-        spread = np.unique(np.linspace(0, game.number_of_states - 1, _LARGEST_SAMPLE).round().astype(int))
-        basis = jnp.eye(parameters, dtype=game.initial.dtype)
-        stacked = jax.vmap(features.payoff)(basis)
+        """Over the game's states, or an even spread of as many of them as make two million state-actions."""
+        actions = game.number_of_actions
+        joint = actions.learner * actions.expert
+        states = max(1, min(game.number_of_states, _LARGEST_SAMPLE // joint))
+        spread = np.unique(np.linspace(0, game.number_of_states - 1, states).round().astype(int))
+        learner, expert = (jnp.asarray(axis.ravel()) for axis in np.indices((actions.learner, actions.expert)))
 
         def of_state(state: Array) -> tuple[Array, Array]:
-            table = jax.tree.map(lambda leaf: leaf[:, state], stacked).dense().reshape(parameters, -1)
-            mean = jnp.mean(table, axis=1)
-            return table @ table.T / table.shape[1] - jnp.outer(mean, mean), mean
+            table = jax.vmap(lambda a_l, a_e: features(state, Sides(a_l, a_e)))(learner, expert)
+            mean = jnp.mean(table, axis=0)
+            return table.T @ table / joint - jnp.outer(mean, mean), mean
 
         covariances, means = jax.lax.map(of_state, jnp.asarray(spread))
         centred = means - jnp.mean(means, axis=0)[None, :]

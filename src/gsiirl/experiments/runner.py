@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import rich.progress
-from jaxtyping import Array, PRNGKeyArray, PyTree
+from jaxtyping import Array, Key, PRNGKeyArray, PyTree
 
 from gsiirl._version import __version__
 from gsiirl.baselines.marl import marl
@@ -259,7 +259,7 @@ def _algorithm(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
     )
 
 
-def _keys(seed: Array) -> PRNGKeyArray:
+def _keys(seed: Array) -> Key[Array, " 3"]:
     """A seed's keys for initialisation, for its iterations, and for sample paths."""
     return jax.random.split(jax.random.key(seed), 3)
 

@@ -1,4 +1,4 @@
-"""The security experiment's configuration: a defender lives with an attacker on an attack graph (spec section 8)."""
+"""The configuration of the security experiment, in which a defender lives with an attacker (docs/security.md)."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -48,7 +48,8 @@ class SecurityConfig:
     horizon: int = Field(default=10, ge=1)
     """Steps T of an episode."""
     temperature: float | None = Field(default=None, gt=0)
-    """Temperature tau in reward units, shared by expert and forward model; default 0.4, and 0.05 on NASim scenarios."""
+    """Temperature tau in reward units, shared by expert and forward model; default 0.4, and 0.05 on NASim
+    scenarios, whose largest value is 1."""
     discount: float = Field(default=0.95, gt=0, le=1)
     """Discount gamma."""
     trajectories: int = Field(default=100, ge=1)
@@ -80,7 +81,8 @@ class SecurityConfig:
             temperature, bound = 0.4, VALUE[1]
         elif Path(self.graph).is_file():
             network = load_network(self.graph, self.variant)
-            temperature, bound = 0.4, float(max(abs(network.value).max(), abs(network.criticality).max()))
+            largest = float(max(abs(network.value).max(), abs(network.criticality).max()))
+            temperature, bound = 0.4, largest or 1.0
         else:
             temperature, bound = 0.05, 1.0
         return replace(

@@ -1,4 +1,4 @@
-"""The attack graph: a defender and an attacker pick one edge each, every step (spec section 8; paper A.10.3)."""
+"""The attack graph: a defender and an attacker pick one edge each, every step (paper A.10.3)."""
 
 from collections.abc import Sequence
 

@@ -57,6 +57,12 @@ class AbstractPayoff(eqx.Module):
         (k, A_e): k systems at once.
         """
 
+    @abc.abstractmethod
+    def coupled_sign(
+        self, expert_payoff: "AbstractPayoff", policies: Sides, inverse_temperature: Float[Array, ""]
+    ) -> Float[Array, ""]:
+        """The sign of the determinant of the system that `solve_coupled` solves: −1, 0 or 1."""
+
     def __add__(self, other: Self) -> Self:
         return jax.tree.map(jnp.add, self, other)
 
@@ -97,18 +103,28 @@ class DensePayoff(AbstractPayoff):
         inverse_temperature: Float[Array, ""],
         right_hand_sides: Sides,
     ) -> Sides:
+        learner_actions = self.values.shape[0]
+        stacked = jnp.concatenate([right_hand_sides.learner, right_hand_sides.expert], axis=-1)
+        solution = jnp.linalg.solve(self._coupled(expert_payoff, policies, inverse_temperature), stacked.T).T
+        return Sides(solution[:, :learner_actions], solution[:, learner_actions:])
+
+    def coupled_sign(
+        self, expert_payoff: AbstractPayoff, policies: Sides, inverse_temperature: Float[Array, ""]
+    ) -> Float[Array, ""]:
+        return jnp.linalg.slogdet(self._coupled(expert_payoff, policies, inverse_temperature))[0]
+
+    def _coupled(
+        self, expert_payoff: AbstractPayoff, policies: Sides, inverse_temperature: Float[Array, ""]
+    ) -> Float[Array, "n n"]:
         learner_actions, expert_actions = self.values.shape
         learner_coupling = inverse_temperature * self.values * policies.expert[None, :]
         expert_coupling = inverse_temperature * expert_payoff.dense().T * policies.learner[None, :]
-        matrix = jnp.block(
+        return jnp.block(
             [
                 [jnp.eye(learner_actions, dtype=self.values.dtype), -learner_coupling],
                 [-expert_coupling, jnp.eye(expert_actions, dtype=self.values.dtype)],
             ]
         )
-        stacked = jnp.concatenate([right_hand_sides.learner, right_hand_sides.expert], axis=-1)
-        solution = jnp.linalg.solve(matrix, stacked.T).T
-        return Sides(solution[:, :learner_actions], solution[:, learner_actions:])
 
 
 class MatchingPayoff(AbstractPayoff):
@@ -158,11 +174,9 @@ class MatchingPayoff(AbstractPayoff):
         inverse_temperature: Float[Array, ""],
         right_hand_sides: Sides,
     ) -> Sides:
-        assert isinstance(expert_payoff, MatchingPayoff), "both sides' payoffs have the same form"
         # Only matched actions couple, in pairs: one 2x2 system each.
         matches = self.match.shape[-1]
-        to_learner = inverse_temperature * self.match * policies.expert[:matches]
-        to_expert = inverse_temperature * expert_payoff.match * policies.learner[:matches]
+        to_learner, to_expert = self._couplings(expert_payoff, policies, inverse_temperature)
         determinant = 1.0 - to_learner * to_expert
         g_learner, g_expert = right_hand_sides.learner[:, :matches], right_hand_sides.expert[:, :matches]
         u = (g_learner + to_learner[None, :] * g_expert) / determinant[None, :]
@@ -171,6 +185,20 @@ class MatchingPayoff(AbstractPayoff):
             jnp.concatenate([u, right_hand_sides.learner[:, matches:]], axis=-1),
             jnp.concatenate([v, right_hand_sides.expert[:, matches:]], axis=-1),
         )
+
+    def coupled_sign(
+        self, expert_payoff: AbstractPayoff, policies: Sides, inverse_temperature: Float[Array, ""]
+    ) -> Float[Array, ""]:
+        to_learner, to_expert = self._couplings(expert_payoff, policies, inverse_temperature)
+        return jnp.prod(jnp.sign(1.0 - to_learner * to_expert))
+
+    def _couplings(
+        self, expert_payoff: AbstractPayoff, policies: Sides, inverse_temperature: Float[Array, ""]
+    ) -> tuple[Float[Array, " M"], Float[Array, " M"]]:
+        assert isinstance(expert_payoff, MatchingPayoff), "both sides' payoffs have the same form"
+        matches = self.match.shape[-1]
+        to_learner = inverse_temperature * self.match * policies.expert[:matches]
+        return to_learner, inverse_temperature * expert_payoff.match * policies.learner[:matches]
 
 
 def _pad(values: Float[Array, "*b M"], length: int) -> Float[Array, "*b A"]:

@@ -1,4 +1,4 @@
-"""The learner's expert-dependent reward, fitted to the values it reads where it has been (spec section 5)."""
+"""The learner's expert-dependent reward, fitted to the values it reads where it has been."""
 
 import equinox as eqx
 import jax

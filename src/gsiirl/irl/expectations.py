@@ -36,7 +36,7 @@ def expected_return(
 def reward_gradient_expectation(
     game: AbstractTabularGame, reward: Linear, policies: Policies, discount: float
 ) -> Float[Array, " m"]:
-    """μ(π) = E^π[Σ_t γ^t ∇_θ r^θ(s_t, a_t)] ∈ R^m, exactly (spec section 2; the paper's Lemma 1)."""
+    """μ(π) = E^π[Σ_t γ^t ∇_θ r^θ(s_t, a_t)] ∈ R^m, exactly (the paper's Lemma 1)."""
     distributions = state_distributions(game, policies)
     weights = discount ** jnp.arange(game.horizon, dtype=distributions.dtype)
 

@@ -1,4 +1,4 @@
-"""The lower level's objective and its gradient, with the learner's policy as it was played (spec section 4, `played`).
+"""The lower level's objective and its gradient, with the learner's policy as it was played (docs/deviations.md).
 
     L(θ_e) = −E_D[Σ_t γ^t ln π_e^θ_e(a_e,t|s_t)] + (λ/2)‖θ_e‖²,     π_e^θ_e = respond(π_l played, r_e^θ_e)
 

@@ -53,7 +53,7 @@ class MaximumLikelihood(eqx.Module):
     ) -> tuple[Float[Array, " m"], optax.OptState]:
         """θ_e and the optimiser's state after `steps` projected steps."""
 
-        def one_step(_: int, carry: tuple[Array, optax.OptState]) -> tuple[Array, optax.OptState]:
+        def one_step(_: Array, carry: tuple[Array, optax.OptState]) -> tuple[Array, optax.OptState]:
             theta, state = carry
             gradient = self.temperature * self.gradient(game, reward, theta, memory)
             step, state = self.optimiser.update(gradient, state, theta)

@@ -1,4 +1,4 @@
-"""What the learner remembers of its interactions: a uniform reservoir that always holds the newest (spec section 4)."""
+"""What the learner remembers of its interactions: a uniform reservoir that always holds the newest."""
 
 import equinox as eqx
 import jax

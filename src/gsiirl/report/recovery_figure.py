@@ -52,8 +52,8 @@ def draw_recovery(group: GameGroup, graph: AttackGraph) -> Figure | None:
     _draw_pearson(axes[len(panels)], group)
     if not graph.expert_no_op:
         figure.supxlabel(
-            "* up to a common constant: an attacker that must attack something pays some cost every step, so their mean "
-            "cannot be learned",
+            "* up to a common constant: an attacker that must attack something pays some cost every step, "
+            "so their mean cannot be learned",
             fontsize=9,
         )
     for empty in axes[len(panels) + 1 :]:

@@ -1,0 +1,131 @@
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jax
+import pytest
+from problems import tiny_config
+
+from gsiirl.experiments import runner
+from gsiirl.runs import RunFolder
+
+pytestmark = pytest.mark.usefixtures("optax_promotion")
+
+PROMISED = ("learned.safetensors", "learned.json", "summary.json", "paths.parquet")
+"""Besides the metrics, what a resumed run writes byte for byte as the uninterrupted one."""
+
+
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    files = [*sorted((folder / "metrics").iterdir()), *(folder / name for name in PROMISED)]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "whole"
+    runner.run(tiny_config(), folder)
+    return folder
+
+
+def test_a_run_leaves_every_file_of_a_run_folder(finished):
+    names = {path.name for path in finished.iterdir()}
+    assert names == {"config.json", "game.json", "metrics", "checkpoint", "environment.json", *PROMISED}
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["completed"]
+    assert (summary["seeds"], summary["failed_seeds"]) == ([0, 1], [])
+    assert summary["final"]["expert_trajectories"]["mean"] == 35
+    metrics = RunFolder.open(finished).metrics()
+    assert metrics["iteration"].to_list() == [*range(8)] * 2
+
+
+def test_the_same_run_again_gives_identical_bytes(finished, tmp_path):
+    runner.run(tiny_config(), tmp_path / "again")
+    assert bytes_of(tmp_path / "again") == bytes_of(finished)
+
+
+def test_an_interrupted_run_resumes_to_identical_bytes(finished, tmp_path, monkeypatch):
+    save = RunFolder.save_checkpoint
+
+    def save_and_stop(*arguments: object) -> None:
+        save(*arguments)  # pyright: ignore[reportArgumentType]
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(RunFolder, "save_checkpoint", save_and_stop)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(tiny_config(), tmp_path / "cut")
+    monkeypatch.undo()
+    assert not (tmp_path / "cut" / "summary.json").exists()
+    runner.resume(tmp_path / "cut")
+    assert bytes_of(tmp_path / "cut") == bytes_of(finished)
+
+
+def test_a_run_interrupted_before_its_first_checkpoint_starts_over(finished, tmp_path, monkeypatch):
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(RunFolder, "save_checkpoint", stop)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(tiny_config(), tmp_path / "cut")
+    monkeypatch.undo()
+    runner.resume(tmp_path / "cut")
+    assert bytes_of(tmp_path / "cut") == bytes_of(finished)
+
+
+def test_resuming_a_finished_run_changes_nothing(finished):
+    before = {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()}
+    runner.resume(finished)
+    assert {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.parametrize("algorithm", ["ma-irl", "marl"])
+def test_baselines_run(algorithm, tmp_path):
+    runner.run(tiny_config(algorithm=algorithm, iterations=2), tmp_path / "run")
+    summary = RunFolder.open(tmp_path / "run").summary()
+    assert summary is not None
+    assert summary["completed"]
+    assert summary["failed_seeds"] == []
+    assert ("expert_reward_pearson" in summary["final"]) == (algorithm == "ma-irl")
+
+
+def test_a_users_network_runs_and_resumes_after_its_file_is_gone(tmp_path, monkeypatch):
+    graph = tmp_path / "office.json"
+    graph.write_text((Path(__file__).parents[2] / "examples" / "office.json").read_text())
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    config = tiny_config(graph=str(graph), iterations=1, seeds=1)
+    monkeypatch.setattr(RunFolder, "save_checkpoint", stop)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(config, tmp_path / "run")
+    monkeypatch.undo()
+    graph.unlink()
+    runner.resume(tmp_path / "run")
+    summary = RunFolder.open(tmp_path / "run").summary()
+    assert summary is not None
+    assert summary["completed"]
+
+
+def test_a_run_leaves_jaxs_switches_as_they_were(tmp_path):
+    with jax.enable_x64(False):
+        runner.run(tiny_config(iterations=0, seeds=1), tmp_path / "run")
+        assert not jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [4.0, 7.0, 9.0, 11.0])
+def test_a_killed_run_resumes_to_identical_bytes(finished, tmp_path, seconds):
+    flags = "--nodes 4 --edges 5 --horizon 3 --seeds 2 --iterations 7 --trajectories 5 --inner-steps 2 --remembered 3"
+    command = [sys.executable, "-m", "gsiirl", "run", "security", *flags.split(), "--out", str(tmp_path / "run")]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    time.sleep(seconds)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    if not (tmp_path / "run" / "config.json").exists():
+        runner.run(tiny_config(), tmp_path / "run")
+    else:
+        runner.resume(tmp_path / "run")
+    assert bytes_of(tmp_path / "run") == bytes_of(finished)

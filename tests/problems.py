@@ -1,0 +1,25 @@
+"""A security problem small enough for tests to run whole."""
+
+from gsiirl.experiments.security import SecurityConfig
+from gsiirl.experiments.security_problem import SecurityProblem, build, network_of
+
+
+def tiny_config(**changes: object) -> SecurityConfig:
+    """Four nodes, five edges, three steps, two seeds, seven iterations of five trajectories."""
+    settings: dict[str, object] = {
+        "nodes": 4,
+        "edges": 5,
+        "horizon": 3,
+        "seeds": 2,
+        "iterations": 7,
+        "trajectories": 5,
+        "inner_steps": 2,
+        "remembered": 3,
+    }
+    return SecurityConfig(**(settings | changes))  # pyright: ignore[reportArgumentType] (checked by pydantic)
+
+
+def tiny_problem(**changes: object) -> SecurityProblem:
+    """The problem of `tiny_config`."""
+    config = tiny_config(**changes).resolved()
+    return build(config, network_of(config))
