@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import jax
 import pytest
 from hypothesis import settings
+from jax.experimental.compilation_cache import compilation_cache
 
 jax.config.update("jax_enable_x64", True)
 # A rank or a precision that changes by accident is an error, not a broadcast.
@@ -14,6 +15,14 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 # The same examples in every run; no deadline, because the first example compiles.
 settings.register_profile("gsiirl", deadline=None, derandomize=True)
 settings.load_profile("gsiirl")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compile_once(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """What several tests compile is compiled once, in a folder of this process's own."""
+    compilation_cache.reset_cache()
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path_factory.mktemp("compiled")))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from gsiirl.experiments.config import (
     load_config_file,
 )
 from gsiirl.experiments.security import SecurityConfig
+from tests import helpers
 
 
 def test_every_field_has_help_and_a_default():
@@ -115,7 +116,7 @@ def test_a_damaged_configuration_is_told(change: dict[str, Any], message: str):
 
 def test_temperature_follows_the_graph(tmp_path: Path):
     graph = tmp_path / "graph.json"
-    graph.touch()
+    graph.write_text(json.dumps(helpers.small_network().to_json_dict()))
     assert SecurityConfig().resolved().temperature == 0.4
     assert SecurityConfig(graph=str(graph)).resolved().temperature == 0.4
     assert SecurityConfig(graph="small-linear").resolved().temperature == 0.05
