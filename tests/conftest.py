@@ -11,6 +11,8 @@ jax.config.update("jax_enable_x64", True)
 # A rank or a precision that changes by accident is an error, not a broadcast.
 jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
+# Programs are compiled for one or two small calls: most of the compiler's work would not pay.
+jax.config.update("jax_disable_most_optimizations", True)
 
 # The same examples in every run; no deadline, because the first example compiles.
 settings.register_profile("gsiirl", deadline=None, derandomize=True)

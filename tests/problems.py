@@ -5,13 +5,13 @@ from gsiirl.experiments.security_problem import SecurityProblem, build, network_
 
 
 def tiny_config(**changes: object) -> SecurityConfig:
-    """Four nodes, five edges, three steps, two seeds, seven iterations of five trajectories."""
+    """Four nodes, five edges, three steps, two seeds, two chunks of five iterations of five trajectories."""
     settings: dict[str, object] = {
         "nodes": 4,
         "edges": 5,
         "horizon": 3,
         "seeds": 2,
-        "iterations": 7,
+        "iterations": 10,
         "trajectories": 5,
         "inner_steps": 2,
         "remembered": 3,

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from problems import tiny_problem
 
-from gsiirl.interaction import interact, live
-from gsiirl.types import Trajectories
+from gsiirl import interaction
+from gsiirl.interaction import live
+from gsiirl.types import Sides, Trajectories
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
 
-TRAJECTORIES = 20
+ITERATIONS, TRAJECTORIES = 4, 20
 
 
 @pytest.fixture(scope="module")
@@ -17,52 +18,58 @@ def problem():
     return tiny_problem()
 
 
-def leaves_equal(first, second, tolerance: float) -> None:
-    for one, other in zip(jax.tree.leaves(first), jax.tree.leaves(second), strict=True):
-        np.testing.assert_allclose(np.asarray(one), np.asarray(other), rtol=0, atol=tolerance)
+class Stranger:
+    """An expert that knows nothing of the library's classes, and that JAX cannot see into."""
+
+    def __init__(self, expert):
+        self._demonstrate = jax.jit(expert.demonstrate, static_argnums=1)
+        self.asked = 0
+
+    def demonstrate(self, learner_policy, number, key) -> Trajectories:
+        self.asked += number
+        return jax.tree.map(lambda leaf: jnp.asarray(np.array(leaf)), self._demonstrate(learner_policy, number, key))
 
 
-def test_a_run_cut_into_chunks_is_the_same_run(problem):
-    def run(state, first, number):
-        return interact(
-            problem.learner,
-            problem.expert,
-            state,
-            jax.random.key(1),
-            first,
-            number,
-            TRAJECTORIES,
-            lambda _, proposal: problem.truth.evaluate(proposal.policies),
-        )
+class Simpleton:
+    """An attacker in plain Python: it always attacks the first edge that can bring something."""
 
-    advance = jax.jit(run, static_argnums=2)
-    start = problem.learner.init(jax.random.key(0))
-    whole, record = advance(start, jnp.asarray(0), 6)
-    half, first = advance(start, jnp.asarray(0), 3)
-    cut, second = advance(half, jnp.asarray(3), 3)
-    leaves_equal(whole, cut, 1e-12)
-    leaves_equal(record, jax.tree.map(lambda a, b: jnp.concatenate([a, b]), first, second), 1e-12)
+    def __init__(self, problem):
+        self.success, self._successors = np.asarray(problem.game.success), np.asarray(problem.game.successors)
+        self.start = int(np.argmax(problem.game.initial))
 
-
-def test_an_expert_in_plain_python_teaches_the_same_as_a_traced_one(problem):
-    class Stranger:
-        """Knows nothing of the library's classes."""
-
-        asked = 0
-
-        def demonstrate(self, learner_policy, number, key) -> Trajectories:
-            self.asked += number
-            return problem.expert.demonstrate(learner_policy, number, key)
-
-    stranger = Stranger()
-    told = live(problem.learner, stranger, 3, TRAJECTORIES, seed=5, progress=False)
-    traced = live(problem.learner, problem.expert, 3, TRAJECTORIES, seed=5, progress=False)
-    leaves_equal(told, traced, 1e-9)
-    assert stranger.asked == 3 * TRAJECTORIES
+    def demonstrate(self, learner_policy, number, key) -> Trajectories:
+        random = np.random.default_rng(np.asarray(jax.random.key_data(key)))
+        policy = np.asarray(learner_policy)
+        horizon, _, edges = policy.shape
+        states, blocked, attacked = (np.zeros((number, horizon), int) for _ in range(3))
+        for episode in range(number):
+            state = self.start
+            for time in range(horizon):
+                block, attack = random.choice(edges, p=policy[time, state]), int(np.argmax(self.success[state] > 0))
+                states[episode, time], blocked[episode, time], attacked[episode, time] = state, block, attack
+                if block != attack and random.random() < self.success[state, attack]:
+                    state = int(self._successors[state, attack])
+        actions = Sides(jnp.asarray(blocked), jnp.asarray(attacked))
+        return Trajectories(jnp.asarray(states), actions, jnp.ones((number, horizon), bool))
 
 
-def test_fit_returns_weights_in_reward_units(problem):
-    learned = problem.learner.fit(problem.expert, iterations=2, trajectories=TRAJECTORIES, seed=0, progress=False)
+def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(problem, monkeypatch):
+    monkeypatch.setattr(interaction, "CHUNK", 2)
+    learned = problem.learner.fit(problem.expert, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
+    stranger = Stranger(problem.expert)
+    told = live(problem.learner, stranger, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
+    for one, other in zip(jax.tree.leaves(learned.state), jax.tree.leaves(told), strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
+    assert stranger.asked == ITERATIONS * TRAJECTORIES
+    # What was learned is told in reward units.
     scale = problem.learner.expert_reward.scale
     np.testing.assert_allclose(learned.expert_reward, scale * learned.state.expert_parameters)
-    assert float(jnp.linalg.norm(learned.commitment)) <= float(problem.learner.dependent_reward.scale) * (1 + 1e-12)
+    np.testing.assert_allclose(learned.commitment, problem.learner.dependent_reward.scale * learned.state.commitment)
+    assert bool(learned.solution.converged)
+
+
+def test_an_attacker_in_plain_python_is_recognised(problem):
+    simpleton = Simpleton(problem)
+    learned = problem.learner.fit(simpleton, 25, TRAJECTORIES, seed=0, progress=False)
+    believed = np.asarray(learned.solution.policies.expert)[0, simpleton.start]
+    assert int(np.argmax(believed)) == int(np.argmax(simpleton.success[simpleton.start] > 0))
