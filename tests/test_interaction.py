@@ -1,3 +1,4 @@
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -22,7 +23,7 @@ class Stranger:
     """An expert that knows nothing of the library's classes, and that JAX cannot see into."""
 
     def __init__(self, expert):
-        self._demonstrate = jax.jit(expert.demonstrate, static_argnums=1)
+        self._demonstrate = eqx.filter_jit(expert.demonstrate)
         self.asked = 0
 
     def demonstrate(self, learner_policy, number, key) -> Trajectories:

@@ -66,7 +66,9 @@ def test_residual_response_and_regularised_gap_vanish(variant):
 
 
 def test_implicit_gradients_agree_with_central_differences():
-    game, true = security(1)
+    network = random_network(1, 5, 7)
+    game = AttackGraph.create(network, 5)
+    true = helpers.true_rewards(game, network)
     commitment = Linear(rewards.commitment_features(game), 2.0)
     theta = np.asarray(commitment.initial_parameters(jax.random.key(0), jnp.dtype(float)))
 

@@ -36,13 +36,15 @@ def test_a_run_leaves_every_file_of_a_run_folder(finished):
     summary = json.loads((finished / "summary.json").read_text())
     assert summary["completed"]
     assert (summary["seeds"], summary["failed_seeds"]) == ([0, 1], [])
-    assert summary["final"]["expert_trajectories"]["mean"] == 35
+    assert summary["final"]["expert_trajectories"]["mean"] == 50
     metrics = RunFolder.open(finished).metrics()
-    assert metrics["iteration"].to_list() == [*range(8)] * 2
+    assert metrics["iteration"].to_list() == [*range(11)] * 2
 
 
-def test_the_same_run_again_gives_identical_bytes(finished, tmp_path):
-    runner.run(tiny_config(), tmp_path / "again")
+def test_the_same_run_again_gives_identical_bytes_and_leaves_jaxs_switches_as_they_were(finished, tmp_path):
+    with jax.enable_x64(False):
+        runner.run(tiny_config(), tmp_path / "again")
+        assert not jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
     assert bytes_of(tmp_path / "again") == bytes_of(finished)
 
 
@@ -62,6 +64,7 @@ def test_an_interrupted_run_resumes_to_identical_bytes(finished, tmp_path, monke
     assert bytes_of(tmp_path / "cut") == bytes_of(finished)
 
 
+@pytest.mark.slow
 def test_a_run_interrupted_before_its_first_checkpoint_starts_over(finished, tmp_path, monkeypatch):
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
@@ -97,8 +100,8 @@ def test_a_users_network_runs_and_resumes_after_its_file_is_gone(tmp_path, monke
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    config = tiny_config(graph=str(graph), iterations=1, seeds=1)
-    monkeypatch.setattr(RunFolder, "save_checkpoint", stop)
+    config = tiny_config(algorithm="marl", graph=str(graph), seeds=1)
+    monkeypatch.setattr(RunFolder, "append_metrics", stop)
     with pytest.raises(KeyboardInterrupt):
         runner.run(config, tmp_path / "run")
     monkeypatch.undo()
@@ -109,13 +112,7 @@ def test_a_users_network_runs_and_resumes_after_its_file_is_gone(tmp_path, monke
     assert summary["completed"]
 
 
-def test_a_run_leaves_jaxs_switches_as_they_were(tmp_path):
-    with jax.enable_x64(False):
-        runner.run(tiny_config(iterations=0, seeds=1), tmp_path / "run")
-        assert not jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
-
-
-FLAGS = "--nodes 4 --edges 5 --horizon 3 --seeds 2 --iterations 7 --trajectories 5 --inner-steps 2 --remembered 3"
+FLAGS = "--nodes 4 --edges 5 --horizon 3 --seeds 2 --iterations 10 --trajectories 5 --inner-steps 2 --remembered 3"
 
 
 def command(*arguments: str) -> list[str]:
