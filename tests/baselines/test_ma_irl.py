@@ -1,9 +1,14 @@
+import dataclasses
+
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optax
 import pytest
 from problems import tiny_problem
 
+from gsiirl.baselines.ma_irl import MAIRLState
 from gsiirl.baselines.marl import marl
 from gsiirl.games.rollout import rollout
 from gsiirl.irl.expectations import reward_gradient_expectation
@@ -48,20 +53,27 @@ def test_feature_matching_closes_the_gap_to_the_demonstrations():
     assert np.all(after < 0.15 * before)
 
 
-def test_the_truth_is_nearly_a_fixed_point():
-    problem = tiny_problem(inner_steps=1, inner_step_size=1e-3)
+def test_the_truth_is_a_fixed_point_for_exact_demonstrations_of_the_true_game():
+    problem = tiny_problem(inner_steps=5)
+    descent = optax.sgd(0.1)
+    ma_irl = dataclasses.replace(problem.ma_irl, regularisation=0.0, optimiser=descent)
     true_play = marl(problem.game, problem.truth.rewards, problem.learner.forward_model, 0.95).policies
-    rewards = problem.ma_irl.rewards
-    for reward, name in ((rewards.learner, "dependent_reward"), (rewards.expert, "expert_reward")):
-        weights = jnp.asarray(problem.true_weights[name])
-        assert float(jnp.linalg.norm(weights)) <= reward.scale
-    solution = problem.learner.forward_model.solve(
-        problem.game,
-        Sides(
-            rewards.learner.payoff(jnp.asarray(problem.true_weights["dependent_reward"]) / rewards.learner.scale)
-            + problem.ma_irl.own_reward,
-            rewards.expert.payoff(jnp.asarray(problem.true_weights["expert_reward"]) / rewards.expert.scale),
-        ),
-        0.95,
+    rewards = ma_irl.rewards
+    truth = Sides(
+        jnp.asarray(problem.true_weights["dependent_reward"]) / rewards.learner.scale,
+        jnp.asarray(problem.true_weights["expert_reward"]) / rewards.expert.scale,
     )
-    np.testing.assert_allclose(solution.policies.learner, true_play.learner, atol=1e-12)
+    exact = Sides(
+        reward_gradient_expectation(problem.game, rewards.learner, true_play, 0.95),
+        reward_gradient_expectation(problem.game, rewards.expert, true_play, 0.95),
+    )
+    update = eqx.filter_jit(ma_irl.update)
+
+    def moved(demonstrated: Sides) -> float:
+        after = update(MAIRLState(truth, demonstrated, descent.init((truth.learner, truth.expert)))).parameters
+        return max(
+            float(jnp.abs(after.learner - truth.learner).max()), float(jnp.abs(after.expert - truth.expert).max())
+        )
+
+    assert moved(exact) <= 1e-12
+    assert moved(Sides(exact.learner, 1.1 * exact.expert)) >= 1e-4

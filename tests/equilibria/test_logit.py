@@ -76,11 +76,7 @@ def test_implicit_gradients_agree_with_central_differences():
         solution = Logit(temperature).solve(game, Sides(commitment.payoff(parameters), true.expert), DISCOUNT)
         return expected_return(game, true.learner, solution.policies, DISCOUNT)
 
-    def derivatives(parameters, temperature):
-        # In reverse mode by the parameters, in forward mode by the temperature.
-        return jax.grad(objective)(parameters, temperature), jax.jacfwd(objective, 1)(parameters, temperature)
-
-    value, derivatives = jax.jit(objective), jax.jit(derivatives)
+    value, derivatives = jax.jit(objective), jax.jit(jax.grad(objective, (0, 1)))
     for temperature in (1.0, 0.4, 0.1):
         found, found_temperature = derivatives(jnp.asarray(theta), jnp.asarray(temperature))
         expected = oracles.return_gradient_by_differences(

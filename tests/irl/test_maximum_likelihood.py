@@ -43,7 +43,7 @@ def problem() -> Problem:
         return reward_gradient_expectation(game, reward, Sides(learner_policy, expert), DISCOUNT)
 
     # One slot more than interactions: what was never filled must not count.
-    memory = Memory.empty(INTERACTIONS + 1, played.shape[1:], true.shape[0], played.dtype)
+    memory = Memory.empty(INTERACTIONS + 1, (6, game.number_of_states, edges), true.shape[0], played.dtype)
     for index, (policy, seen) in enumerate(zip(played, jax.jit(jax.vmap(demonstrated))(played), strict=True)):
         memory = memory.remember(jax.random.key(index), policy, seen)
     level = MaximumLikelihood(TEMPERATURE, DISCOUNT, 0.0, steps=3, optimiser=optax.sgd(0.05))
