@@ -24,13 +24,10 @@ from gsiirl.experiments.config import config_from_dict, config_to_dict
 from gsiirl.experiments.security import SecurityConfig
 from gsiirl.experiments.security_problem import SecurityProblem, build, network_of
 from gsiirl.games.rollout import rollout
-from gsiirl.interaction import interact
+from gsiirl.interaction import CHUNK, interact
 from gsiirl.runs import Checkpoint, RunFolder, summarise
 from gsiirl.scenarios import read_network
 from gsiirl.types import Sides
-
-CHUNK = 5
-"""Iterations between checkpoints; the grid is fixed, so that a resumed run passes through the same chunks."""
 
 SAMPLE_PATHS = 3
 
@@ -109,6 +106,7 @@ def _go_on(folder: RunFolder, config: SecurityConfig, problem: SecurityProblem, 
         bar = progress.add_task(
             f"{config.algorithm}, {config.seeds} seeds", total=algorithm.iterations, completed=iteration
         )
+        # The grid of chunks is fixed, so that a resumed run passes through the same ones.
         while iteration < algorithm.iterations:
             number = min(CHUNK, algorithm.iterations - iteration)
             states, record = advance(states, jnp.asarray(iteration), number)
@@ -143,8 +141,8 @@ def _finish(
     record, paths, learned = jax.jit(jax.vmap(last))(seeds, states)
     folder.append_metrics(chunk, _rows(record, seeds, algorithm.iterations, references))
     shape = paths.states.shape
-    where = np.broadcast_to(np.asarray(seeds)[:, None, None], shape), *np.indices(shape)[1:]
-    seed, trajectory, step = where
+    seed = np.broadcast_to(np.asarray(seeds)[:, None, None], shape)
+    _, trajectory, step = np.indices(shape)
     columns = {
         "seed": seed,
         "trajectory": trajectory,
