@@ -1,5 +1,7 @@
 """Forward models: from a game and rewards to a joint policy, and the yardstick that judges it."""
 
+from gsiirl.equilibria.base import AbstractForwardModel as AbstractForwardModel
+from gsiirl.equilibria.base import AbstractSolution as AbstractSolution
 from gsiirl.equilibria.gap import nash_gap as nash_gap
 from gsiirl.equilibria.gap import regularised_nash_gap as regularised_nash_gap
 from gsiirl.equilibria.logit import Logit as Logit

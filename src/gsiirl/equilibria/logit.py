@@ -7,18 +7,18 @@ Backward in t, from V_T = 0, for both sides i:
     V_i,t(s) = τ logsumexp_{a_i}(E_{a_-i ~ π_-i} Q_i,t(s, a) / τ)
 """
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from gsiirl.equilibria.base import AbstractForwardModel, AbstractSolution
 from gsiirl.equilibria.stage import differentiable_log_policies, solve_stage
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.types import Policies, Sides
 
 
-class LogitSolution(eqx.Module):
+class LogitSolution(AbstractSolution):
     """A joint policy with the quality of the solve.
 
     `policies` and `values` are time-indexed, (T, S, A) and (T, S); `residual` is max |ln π_i − log_softmax(E Q_i / τ)|
@@ -33,7 +33,7 @@ class LogitSolution(eqx.Module):
     followed: Bool[Array, "T S"]
 
 
-class Logit(eqx.Module):
+class Logit(AbstractForwardModel):
     """Solver of the Markov logit equilibrium.
 
     Differentiable in rewards and temperature by the implicit function theorem. `temperature` is τ in reward units. The
