@@ -17,20 +17,22 @@ LAYERS = [
     {"games", "rewards"},
     {"equilibria"},
     {"irl"},
-    {"interaction", "expert", "learner"},
+    {"bilevel", "interaction", "expert", "learner"},
     {"baselines", "evaluation"},
+    {"theory"},
     {"experiments"},
     {"cli"},
     {"__main__"},
 ]
 """Lowest first: a part imports its own layer and those below it."""
 
-STANDALONE = {"scenarios", "runs", "report"}
+STANDALONE = {"hypergradients", "scenarios", "runs", "report"}
 """Parts that import none of the layers."""
 
 READERS = {
+    "hypergradients": {"bilevel", "learner", "theory", "experiments"},
     "scenarios": {"games", "rewards", "experiments", "cli"},
-    "runs": {"report", "experiments", "cli"},
+    "runs": {"report", "theory", "experiments", "cli"},
     "report": {"experiments", "cli"},
 }
 """Who may import a standalone part."""

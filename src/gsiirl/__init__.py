@@ -11,6 +11,7 @@ _MODULES = (
     "equilibria",
     "evaluation",
     "games",
+    "hypergradients",
     "irl",
     "rewards",
     "scenarios",

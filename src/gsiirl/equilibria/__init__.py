@@ -8,3 +8,6 @@ from gsiirl.equilibria.logit import Logit as Logit
 from gsiirl.equilibria.logit import LogitSolution as LogitSolution
 from gsiirl.equilibria.response import Response as Response
 from gsiirl.equilibria.response import respond as respond
+from gsiirl.equilibria.soft_joint import SoftJoint as SoftJoint
+from gsiirl.equilibria.soft_joint import SoftJointSolution as SoftJointSolution
+from gsiirl.equilibria.soft_joint import joint_occupancy as joint_occupancy

@@ -76,5 +76,10 @@ class Logit(AbstractForwardModel):
             backward, (Sides(nothing, nothing), uniform), None, length=game.horizon, reverse=True
         )
         return LogitSolution(
-            policies, values, jnp.max(found.residual), jnp.all(converged), found.branch_folds, found.followed
+            policies=policies,
+            values=values,
+            residual=jnp.max(found.residual),
+            converged=jnp.all(converged),
+            branch_folds=found.branch_folds,
+            followed=found.followed,
         )

@@ -1,6 +1,11 @@
 """Run folders: what one experiment writes, and how it is read back (no JAX)."""
 
 from gsiirl.runs.checkpoint import Checkpoint as Checkpoint
+from gsiirl.runs.findings import Curve as Curve
+from gsiirl.runs.findings import Finding as Finding
+from gsiirl.runs.findings import Findings as Findings
+from gsiirl.runs.findings import Measurement as Measurement
+from gsiirl.runs.findings import Panel as Panel
 from gsiirl.runs.folder import RunFolder as RunFolder
 from gsiirl.runs.learned import Learned as Learned
 from gsiirl.runs.summary import summarise as summarise

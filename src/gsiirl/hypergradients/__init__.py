@@ -1,0 +1,14 @@
+"""How the learner's objective changes with θ_l, the expert's response included: vectors and callables, no games."""
+
+from gsiirl.hypergradients.direct import Direct as Direct
+from gsiirl.hypergradients.direct import LemmaThree as LemmaThree
+from gsiirl.hypergradients.finite_difference import FiniteDifference as FiniteDifference
+from gsiirl.hypergradients.finite_difference import coordinate_jacobian as coordinate_jacobian
+from gsiirl.hypergradients.hvp_cg import HessianVectorCG as HessianVectorCG
+from gsiirl.hypergradients.implicit import Implicit as Implicit
+from gsiirl.hypergradients.problem import AbstractEstimator as AbstractEstimator
+from gsiirl.hypergradients.problem import BilevelProblem as BilevelProblem
+from gsiirl.hypergradients.problem import Hypergradient as Hypergradient
+from gsiirl.hypergradients.problem import Response as Response
+from gsiirl.hypergradients.spsa import SPSA as SPSA
+from gsiirl.hypergradients.spsa import SPSAState as SPSAState

@@ -1,0 +1,91 @@
+"""The formulas of Lemma 3, corrected: every factor of ∇f as an expectation under the joint policy.
+
+With ∇_{θ_i} ln π(a|s) = (μ_i(s, a) − μ_i(s)) / τ for the joint softmax policy of the paper's eq. 5-7, μ_i(s, a) the
+discounted reward gradients from (s, a) on and J(s, a) the learner's accessed return from there:
+
+    ∇_{θ_i} f      = (1/τ) E^π[Σ_t γ^t (μ_i(s, a) − μ_i(s)) J(s, a)]
+    M = ∇²_{θ_e θ_l} L = (1/τ²) E^π[Σ_t γ^t μ_e(s, a) (μ_l(s, a) − μ_l(s))ᵀ]
+    H = ∇²_{θ_e} L = (1/τ²) E^π[Σ_t γ^t (μ_e(s, a) − μ_e(s)) μ_e(s, a)ᵀ] + (E^π − E_D)[Σ_t γ^t ∇² r_e] / τ + λI
+
+What the paper prints instead is listed in docs/theory.md.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from gsiirl.hypergradients.compose import with_response, without_response
+from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
+from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+
+
+class LemmaThree(eqx.Module):
+    """What Lemma 3 takes expectations of, over N = T·S·A_l·A_e triples (t, s, a).
+
+    `weights` γ^t P(s_t = s, a_t = a); `learner_gradients`, `expert_gradients` μ_i(s, a) and `..._means` μ_i(s) at each
+    triple; `returns` J(s, a); `expert_curvature` (E^π − E_D)[Σ_t γ^t ∇² r_e], zero for linear rewards.
+    """
+
+    weights: Float[Array, " N"]
+    learner_gradients: Float[Array, "N n"]
+    learner_means: Float[Array, "N n"]
+    expert_gradients: Float[Array, "N m"]
+    expert_means: Float[Array, "N m"]
+    returns: Float[Array, " N"]
+    expert_curvature: Float[Array, "m m"]
+    temperature: float | Float[Array, ""]
+
+    def objective_gradients(self) -> tuple[Float[Array, " n"], Float[Array, " m"]]:
+        """∇_{θ_l} f and ∇_{θ_e} f."""
+        weighted = self.weights * self.returns / self.temperature
+        return (
+            weighted @ (self.learner_gradients - self.learner_means),
+            weighted @ (self.expert_gradients - self.expert_means),
+        )
+
+    def mixed(self) -> Float[Array, "m n"]:
+        """M, the demonstrations held fixed."""
+        advantages = self.weights[:, None] * (self.learner_gradients - self.learner_means)
+        return self.expert_gradients.T @ advantages / self.temperature**2
+
+    def hessian(self) -> Float[Array, "m m"]:
+        """H without λI."""
+        advantages = self.weights[:, None] * (self.expert_gradients - self.expert_means)
+        return advantages.T @ self.expert_gradients / self.temperature**2 + self.expert_curvature / self.temperature
+
+
+class Direct(AbstractEstimator[None]):
+    """∇f by the corrected Lemma 3; for the joint softmax policy alone."""
+
+    response: Response = eqx.field(static=True, default="well_specified")
+
+    def init(self, expert_parameters: Float[Array, " m"]) -> None:
+        return None
+
+    def estimate(
+        self,
+        problem: BilevelProblem,
+        learner_parameters: Float[Array, " n"],
+        expert_parameters: Float[Array, " m"],
+        state: None,
+        key: PRNGKeyArray,
+        iteration: Int[Array, ""],
+    ) -> tuple[Hypergradient, None]:
+        """∇f at (θ_l, θ_e).
+
+        Raises:
+            ValueError: the problem has no `lemma_three`: its policy is not the joint softmax.
+        """
+        if problem.lemma_three is None:
+            raise ValueError("Lemma 3 holds for the joint softmax policy only: the problem has no lemma_three")
+        terms = problem.lemma_three(learner_parameters, expert_parameters)
+        through_learner, through_expert = terms.objective_gradients()
+        if self.response == "well_specified":
+            return without_response(through_learner, evaluations=1), None
+        moved = problem.demonstrations_move(self.response)
+        size, dtype = expert_parameters.shape[0], expert_parameters.dtype
+        hessian = terms.hessian() + problem.regularisation * jnp.eye(size, dtype=dtype)
+        constraint = BallConstraint.at(expert_parameters, problem.lower_gradient(learner_parameters, expert_parameters))
+        solved = solve_dense(hessian.T, through_expert, constraint)
+        mixed_product = (terms.mixed() + moved).T @ solved.solution
+        return with_response(through_learner, mixed_product, solved, constraint, evaluations=2), None

@@ -1,0 +1,79 @@
+"""Conjugate gradients whose products are differences of gradients along one direction: no Hessian is formed."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from gsiirl.hypergradients.compose import with_response, without_response
+from gsiirl.hypergradients.linear_solve import BallConstraint, conjugate_gradients
+from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+
+
+class HessianVectorCG(AbstractEstimator[None]):
+    """∇f with Hv ≈ [G(θ_e + εv) − G(θ_e − εv)] / 2ε and Mᵀw ≈ [∇_{θ_l}L(θ_e + εw) − ∇_{θ_l}L(θ_e − εw)] / 2ε.
+
+    ε is `step` over the direction's norm; the error is O(ε²). ∇f's own parts come from one backward pass. Two
+    evaluations an iteration of conjugate gradients; needs a lower level that is the gradient of some L.
+    """
+
+    response: Response = eqx.field(static=True, default="well_specified")
+    step: float = 1e-4
+    tolerance: float = 1e-10
+    iterations: int = eqx.field(static=True, default=100)
+
+    def init(self, expert_parameters: Float[Array, " m"]) -> None:
+        return None
+
+    def estimate(
+        self,
+        problem: BilevelProblem,
+        learner_parameters: Float[Array, " n"],
+        expert_parameters: Float[Array, " m"],
+        state: None,
+        key: PRNGKeyArray,
+        iteration: Int[Array, ""],
+    ) -> tuple[Hypergradient, None]:
+        """∇f at (θ_l, θ_e).
+
+        Raises:
+            ValueError: the problem has no `upper_gradient`: H need not be symmetric there, and `Implicit` or
+                `FiniteDifference` serve.
+        """
+        if self.response == "well_specified":
+            gradient = jax.grad(problem.objective)(learner_parameters, expert_parameters)
+            return without_response(gradient, evaluations=1, derivatives=1), None
+        upper_gradient = problem.upper_gradient
+        if upper_gradient is None:
+            raise ValueError("conjugate gradients need a lower level that is the gradient of some L: upper_gradient")
+        moved = problem.demonstrations_move(self.response)
+        through_learner, through_expert = jax.grad(problem.objective, (0, 1))(learner_parameters, expert_parameters)
+        constraint = BallConstraint.at(expert_parameters, problem.lower_gradient(learner_parameters, expert_parameters))
+
+        def along(gradient, direction: Array) -> Array:
+            """The derivative of a gradient along `direction` in θ_e."""
+            size = jnp.linalg.norm(direction)
+            reach = self.step / jnp.where(size > 0.0, size, 1.0)
+            points = expert_parameters[None, :] + reach * jnp.stack([direction, -direction])
+            forth, back = jax.vmap(lambda theta: gradient(learner_parameters, theta))(points)
+            return (forth - back) / (2.0 * reach)
+
+        solved = conjugate_gradients(
+            lambda direction: along(problem.lower_gradient, direction),
+            through_expert,
+            constraint,
+            self.tolerance,
+            self.iterations,
+        )
+        mixed_product = along(upper_gradient, solved.solution)
+        if self.response == "measured":
+            mixed_product = mixed_product + jnp.dot(solved.solution, moved)
+        return with_response(
+            through_learner,
+            mixed_product,
+            solved,
+            constraint,
+            evaluations=2 + 2 * solved.products,
+            derivatives=1,
+            upper_evaluations=2,
+        ), None

@@ -1,0 +1,52 @@
+"""The exact hypergradient, by automatic differentiation of the solver: the oracle for all other estimators."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from gsiirl.hypergradients.compose import with_response, without_response
+from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
+from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+
+
+class Implicit(AbstractEstimator[None]):
+    """∇f with every factor exact (Lemma 2; docs/theory.md).
+
+    H comes from m forward passes, ∇f's parts and Mᵀw from one backward pass each: no matrix of size m × n. The system
+    is solved with Hᵀ, so that H need not be symmetric.
+    """
+
+    response: Response = eqx.field(static=True, default="well_specified")
+
+    def init(self, expert_parameters: Float[Array, " m"]) -> None:
+        return None
+
+    def estimate(
+        self,
+        problem: BilevelProblem,
+        learner_parameters: Float[Array, " n"],
+        expert_parameters: Float[Array, " m"],
+        state: None,
+        key: PRNGKeyArray,
+        iteration: Int[Array, ""],
+    ) -> tuple[Hypergradient, None]:
+        if self.response == "well_specified":
+            gradient = jax.grad(problem.objective)(learner_parameters, expert_parameters)
+            return without_response(gradient, evaluations=1, derivatives=1), None
+        moved = problem.demonstrations_move(self.response)
+        through_learner, through_expert = jax.grad(problem.objective, (0, 1))(learner_parameters, expert_parameters)
+        lower_gradient, pull_back = jax.vjp(
+            lambda theta: problem.lower_gradient(theta, expert_parameters), learner_parameters
+        )
+        hessian = jax.jacfwd(problem.lower_gradient, 1)(learner_parameters, expert_parameters)
+        constraint = BallConstraint.at(expert_parameters, lower_gradient)
+        solved = solve_dense(hessian.T, through_expert, constraint)
+        (mixed_product,) = pull_back(solved.solution)
+        mixed_product = (
+            mixed_product + jnp.dot(solved.solution, moved) if self.response == "measured" else mixed_product
+        )
+        passes = expert_parameters.shape[0] + 2
+        return with_response(
+            through_learner, mixed_product, solved, constraint, evaluations=2, derivatives=passes
+        ), None
