@@ -1,0 +1,104 @@
+"""Small random general-sum games, on which the theory is checked."""
+
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from gsiirl.bilevel import Bilevel, LowerLevel
+from gsiirl.equilibria.logit import Logit
+from gsiirl.equilibria.response import respond
+from gsiirl.games.payoff import DensePayoff
+from gsiirl.games.tabular import TabularGame
+from gsiirl.irl.expectations import reward_gradient_expectation
+from gsiirl.rewards.linear import Linear, TabularFeatures
+from gsiirl.types import Sides
+
+TEMPERATURE, DISCOUNT = 0.5, 0.9
+
+
+@dataclass(frozen=True)
+class Size:
+    """Of a random game: states, actions of both sides, steps, and parameters n of r_ld and m of r_e."""
+
+    states: int = 5
+    learner_actions: int = 3
+    expert_actions: int = 2
+    horizon: int = 6
+    learner_parameters: int = 4
+    expert_parameters: int = 3
+
+
+SIZES = (Size(), Size(states=4, learner_actions=2, expert_actions=3, horizon=4, learner_parameters=3), Size(states=8))
+
+
+class RandomProblem(eqx.Module):
+    """A random game with features of both parametric rewards and everything that is true.
+
+    `own_reward` r_li and `accessed` r_ld (S, A_l, A_e); `learner_features` (S, A_l, A_e, n), `expert_features`
+    (S, A_l, A_e, m); the true r_e is θ_true · expert_features.
+    """
+
+    game: TabularGame
+    own_reward: Float[Array, "S A_l A_e"]
+    accessed: Float[Array, "S A_l A_e"]
+    learner_features: Float[Array, "S A_l A_e n"]
+    expert_features: Float[Array, "S A_l A_e m"]
+    true_parameters: Float[Array, " m"]
+
+    @classmethod
+    def draw(cls, seed: int, size: Size, true_norm: float = 0.5) -> "RandomProblem":
+        """Three random successors of every (s, a), standard normal features and rewards, and ‖θ_true‖ = `true_norm`.
+
+        With `true_norm` above 1 the true reward lies outside the unit ball, and the fit ends on its sphere.
+        """
+        random = np.random.default_rng(seed)
+        shape = (size.states, size.learner_actions, size.expert_actions)
+        game = TabularGame.create(
+            random.integers(size.states, size=(*shape, 3)),
+            random.dirichlet(np.ones(3), size=shape),
+            random.dirichlet(np.ones(size.states)),
+            size.horizon,
+        )
+        true = random.normal(size=size.expert_parameters)
+        return cls(
+            game=game,
+            own_reward=jnp.asarray(0.3 * random.normal(size=shape)),
+            accessed=jnp.asarray(random.normal(size=shape)),
+            learner_features=jnp.asarray(random.normal(size=(*shape, size.learner_parameters))),
+            expert_features=jnp.asarray(random.normal(size=(*shape, size.expert_parameters))),
+            true_parameters=jnp.asarray(true_norm * true / np.linalg.norm(true)),
+        )
+
+    def true_expert_reward(self) -> DensePayoff:
+        """r_e."""
+        return DensePayoff(self.expert_features @ self.true_parameters)
+
+    def bilevel(self, regularisation: float, lower_level: LowerLevel = "played") -> Bilevel:
+        """Both levels under the logit equilibrium, with linear rewards."""
+        return Bilevel(
+            game=self.game,
+            own_reward=DensePayoff(self.own_reward),
+            accessed=DensePayoff(self.accessed),
+            dependent_reward=Linear(TabularFeatures(self.learner_features, _names(self.learner_features)), 1.0),
+            expert_reward=Linear(TabularFeatures(self.expert_features, _names(self.expert_features)), 1.0),
+            forward_model=Logit(TEMPERATURE),
+            temperature=TEMPERATURE,
+            discount=DISCOUNT,
+            regularisation=regularisation,
+            lower_level=lower_level,
+        )
+
+    def demonstrated(
+        self, bilevel: Bilevel, commitment: Float[Array, " n"], believed: Float[Array, " m"]
+    ) -> Float[Array, " m"]:
+        """μ̂_e of infinitely many demonstrations: the true expert's response to the policy played at (θ_l, θ̄_e)."""
+        played = bilevel.solve(commitment, believed).policies.learner
+        answer = respond(self.game, played, self.true_expert_reward(), TEMPERATURE, DISCOUNT).policy
+        return reward_gradient_expectation(self.game, bilevel.expert_reward, Sides(played, answer), DISCOUNT)
+
+
+def _names(features: Float[Array, "..."]) -> tuple[str, ...]:
+    return tuple(f"feature {number}" for number in range(features.shape[-1]))
