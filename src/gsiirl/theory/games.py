@@ -82,8 +82,8 @@ class RandomProblem(eqx.Module):
             game=self.game,
             own_reward=DensePayoff(self.own_reward),
             accessed=DensePayoff(self.accessed),
-            dependent_reward=Linear(TabularFeatures(self.learner_features, _names(self.learner_features)), 1.0),
-            expert_reward=Linear(TabularFeatures(self.expert_features, _names(self.expert_features)), 1.0),
+            dependent_reward=Linear(_features(self.learner_features), 1.0),
+            expert_reward=Linear(_features(self.expert_features), 1.0),
             forward_model=Logit(TEMPERATURE),
             temperature=TEMPERATURE,
             discount=DISCOUNT,
@@ -100,5 +100,5 @@ class RandomProblem(eqx.Module):
         return reward_gradient_expectation(self.game, bilevel.expert_reward, Sides(played, answer), DISCOUNT)
 
 
-def _names(features: Float[Array, "..."]) -> tuple[str, ...]:
-    return tuple(f"feature {number}" for number in range(features.shape[-1]))
+def _features(table: Float[Array, "S A_l A_e k"]) -> TabularFeatures:
+    return TabularFeatures(table=table, names=tuple(f"feature {number}" for number in range(table.shape[-1])))
