@@ -13,7 +13,7 @@ def test_a_responding_expert_plays_its_soft_best_response():
     played = learner.propose(learner.init(jax.random.key(0))).policies.learner
     answer = respond(problem.game, played, expert.reward, expert.temperature, expert.discount).policy
     np.testing.assert_array_equal(expert.policy(played), answer)
-    reward = learner.expert_reward
+    reward = learner.bilevel.expert_reward
     exact = reward_gradient_expectation(problem.game, reward, Sides(played, answer), 0.95)
     seen = expert.demonstrate(played, 20_000, jax.random.key(1))
     sampled = sampled_reward_gradient(reward, seen, 0.95, exact.dtype)

@@ -17,6 +17,7 @@ pytestmark = pytest.mark.usefixtures("optax_promotion")
 
 ITERATIONS, TRAJECTORIES, SEEDS = 4, 50, 4
 CONFIG = SecurityConfig(nodes=4, edges=5, horizon=4, temperature=0.4, reward_bound=1.5, inner_steps=5, remembered=6)
+CONFIG = CONFIG.resolved()
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +132,7 @@ def test_the_learner_ends_at_least_where_marl_does_and_finds_the_rewards(problem
     deployed = jnp.stack([judged(jax.tree.map(lambda leaf, k=k: leaf[k], states)) for k in range(SEEDS)])
     assert float(deployed.min()) >= marl - 1e-3 * abs(marl)
     # What was read of r_ld is known exactly, up to the ridge, wherever an attack was seen.
-    fitted = jax.vmap(problem.learner.fitted_dependent_reward)(states) * problem.learner.dependent_reward.scale
+    fitted = jax.vmap(problem.learner.fitted_dependent_reward)(states) * problem.learner.bilevel.dependent_reward.scale
     losses = np.asarray(problem.true_weights["dependent_reward"])[1:4]
     np.testing.assert_allclose(fitted[:, 1:4], np.broadcast_to(losses, (SEEDS, 3)), atol=0.05)
 
@@ -139,9 +140,9 @@ def test_the_learner_ends_at_least_where_marl_does_and_finds_the_rewards(problem
 def test_the_ascent_starts_from_the_better_of_commitment_and_fitted_reward(problem):
     learner = problem.learner
     state = learner.init(jax.random.key(0))
-    true = jnp.asarray(problem.true_weights["dependent_reward"]) / learner.dependent_reward.scale
+    true = jnp.asarray(problem.true_weights["dependent_reward"]) / learner.bilevel.dependent_reward.scale
     worse = -true
-    start = eqx.filter_jit(learner._ascend_from)
+    start = eqx.filter_jit(learner._better)
     for commitment, fitted in ((worse, true), (true, worse)):
-        chosen, _ = start(commitment, fitted, state.expert_parameters)
+        chosen = start(commitment, fitted, state.expert_parameters)
         np.testing.assert_array_equal(chosen, true)

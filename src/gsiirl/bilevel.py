@@ -24,6 +24,7 @@ from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.hypergradients.problem import BilevelProblem
 from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
 from gsiirl.irl.likelihood import played_gradient
+from gsiirl.irl.memory import Memory
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Sides
 
@@ -61,6 +62,19 @@ class Bilevel(eqx.Module):
         """f(θ_l, θ_e), the learner's discounted return under the accessed values (problem (2)); it is maximised."""
         return self._objective_of(self.solve(commitment, expert_parameters))
 
+    def lower_gradient(
+        self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"], memory: Memory
+    ) -> Float[Array, " m"]:
+        """G averaged over the remembered interactions, (m,); what was played in each of them is remembered too."""
+        if self.lower_level == "equilibrium":
+            modelled = self._feature_expectation(self.solve(commitment, expert_parameters))
+            demonstrated = jnp.mean(memory.demonstrated, axis=0, where=memory.filled[:, None])
+            return (modelled - demonstrated) / self.temperature + self.regularisation * expert_parameters
+        gradients = jax.vmap(lambda policy, seen: self._played_gradient(policy, expert_parameters, seen))(
+            memory.learner_policies, memory.demonstrated
+        )
+        return jnp.mean(gradients, axis=0, where=memory.filled[:, None]) + self.regularisation * expert_parameters
+
     def problem(
         self,
         believed: Float[Array, " m"],
@@ -76,8 +90,7 @@ class Bilevel(eqx.Module):
             solution = self.solve(commitment, expert_parameters)
             objective = self._objective_of(solution)
             if self.lower_level == "equilibrium":
-                modelled = reward_gradient_expectation(self.game, self.expert_reward, solution.policies, self.discount)
-                return objective, (modelled - demonstrated) / self.temperature
+                return objective, (self._feature_expectation(solution) - demonstrated) / self.temperature
             return objective, self._played_gradient(
                 self.solve(commitment, believed).policies.learner, expert_parameters, demonstrated
             )
@@ -97,6 +110,9 @@ class Bilevel(eqx.Module):
 
     def _objective_of(self, solution: AbstractSolution) -> Float[Array, ""]:
         return expected_return(self.game, self.accessed + self.own_reward, solution.policies, self.discount)
+
+    def _feature_expectation(self, solution: AbstractSolution) -> Float[Array, " m"]:
+        return reward_gradient_expectation(self.game, self.expert_reward, solution.policies, self.discount)
 
     def _played_gradient(self, learner_policy: Array, expert_parameters: Array, demonstrated: Array) -> Array:
         return played_gradient(

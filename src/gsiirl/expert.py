@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from gsiirl.equilibria.base import AbstractForwardModel
 from gsiirl.equilibria.response import respond
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
@@ -42,4 +43,22 @@ class RespondingExpert(AbstractExpert):
 
     def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:
         policies = Sides(learner_policy, self.policy(learner_policy))
+        return jax.vmap(lambda one: rollout(one, self.game, policies))(jax.random.split(key, number))
+
+
+class SimulatedExpert(eqx.Module):
+    """The paper's expert: it is told what the learner acts on, and plays the equilibrium of that with its own reward.
+
+    Both sides' trajectories come from the forward model at (r^θ_l + r_li, true r_e). The learner's half of that was
+    made with the true r_e, so that the learner does not know it, and must estimate what it played from what it saw.
+    """
+
+    game: AbstractTabularGame
+    reward: AbstractPayoff
+    forward_model: AbstractForwardModel
+    discount: float
+
+    def demonstrate_told(self, learner_reward: AbstractPayoff, number: int, key: PRNGKeyArray) -> Trajectories:
+        """`number` episodes of the equilibrium of (`learner_reward`, r_e)."""
+        policies = self.forward_model.solve(self.game, Sides(learner_reward, self.reward), self.discount).policies
         return jax.vmap(lambda one: rollout(one, self.game, policies))(jax.random.split(key, number))

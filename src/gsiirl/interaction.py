@@ -14,15 +14,17 @@ import jax.numpy as jnp
 import rich.progress
 from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
-from gsiirl.equilibria.logit import LogitSolution
-from gsiirl.expert import AbstractExpert
+from gsiirl.equilibria.base import AbstractSolution
+from gsiirl.expert import AbstractExpert, SimulatedExpert
+from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.irl.estimated_policy import estimated_policy
 from gsiirl.types import Interaction, Trajectories
 
 State = TypeVar("State")
 CHUNK = 5
 """Iterations compiled into one call; the host shows progress, and can be interrupted, between calls."""
 
-Observe = Callable[[PyTree, LogitSolution], dict[str, Array]]
+Observe = Callable[[PyTree, AbstractSolution], dict[str, Array]]
 
 
 @runtime_checkable
@@ -42,8 +44,19 @@ class AbstractLearner(eqx.Module, Generic[State]):
         """The state before any interaction."""
 
     @abc.abstractmethod
-    def propose(self, state: State) -> LogitSolution:
+    def propose(self, state: State) -> AbstractSolution:
         """The joint policy under what is believed now; its learner's half is what the learner wants to play next."""
+
+    @abc.abstractmethod
+    def committed_reward(self, state: State) -> AbstractPayoff:
+        """The reward that the proposal's learner acts on; a `SimulatedExpert` is told it."""
+
+    @abc.abstractmethod
+    def probes(self, state: State, key: PRNGKeyArray) -> State | None:
+        """Other states, along a leading axis, in which the learner also wants to be met; None where there are none.
+
+        `key` is the one that the next `update` receives.
+        """
 
     @abc.abstractmethod
     def update(self, state: State, interaction: Interaction, key: PRNGKeyArray) -> State:
@@ -52,7 +65,7 @@ class AbstractLearner(eqx.Module, Generic[State]):
 
 def interact(
     learner: AbstractLearner[State],
-    expert: AbstractExpert,
+    expert: AbstractExpert | SimulatedExpert,
     state: State,
     key: PRNGKeyArray,
     first_iteration: int | Array,
@@ -68,17 +81,39 @@ def interact(
     def one_round(state: State, offset: Array) -> tuple[State, dict[str, Array]]:
         demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first_iteration + offset))
         proposal = learner.propose(state)
-        played = proposal.policies.learner
         record = observe(state, proposal)
-        demonstrations = expert.demonstrate(played, trajectories, demonstration_key)
-        return learner.update(state, Interaction(played, demonstrations), update_key), record
+        played, seen = _meet(learner, expert, state, proposal, trajectories, demonstration_key)
+        probes = learner.probes(state, update_key)
+        answers = None
+        if probes is not None:
+            # The same key for all: differences between them then feel little of the sampling noise.
+            answers = jax.vmap(
+                lambda probe: _meet(learner, expert, probe, learner.propose(probe), trajectories, demonstration_key)[1]
+            )(probes)
+        return learner.update(state, Interaction(played, seen, answers), update_key), record
 
     return jax.lax.scan(one_round, state, jnp.arange(iterations))
 
 
+def _meet(
+    learner: AbstractLearner[State],
+    expert: AbstractExpert | SimulatedExpert,
+    state: State,
+    proposal: AbstractSolution,
+    trajectories: int,
+    key: PRNGKeyArray,
+) -> tuple[Float[Array, "T S A_l"], Trajectories]:
+    """The learner's policy as far as it knows it, and the demonstrations."""
+    proposed = proposal.policies.learner
+    if isinstance(expert, SimulatedExpert):
+        seen = expert.demonstrate_told(learner.committed_reward(state), trajectories, key)
+        return estimated_policy(seen.states, seen.actions.learner, proposed), seen
+    return proposed, expert.demonstrate(proposed, trajectories, key)
+
+
 def live(
     learner: AbstractLearner[State],
-    expert: Demonstrator,
+    expert: Demonstrator | SimulatedExpert,
     iterations: int,
     trajectories: int,
     seed: int,
@@ -86,14 +121,14 @@ def live(
 ) -> State:
     """The learner's state after `iterations` rounds with `expert`, of `trajectories` episodes each.
 
-    An `AbstractExpert` is compiled together with the learner; any other expert is called from a host loop, one
+    An expert that JAX can trace is compiled together with the learner; any other expert is called from a host loop, one
     `demonstrate` a round. Both ways the randomness is the same function of `seed`.
     """
     init_key, key = jax.random.split(jax.random.key(seed))
     state = eqx.filter_jit(learner.init)(init_key)
     with rich.progress.Progress(disable=not progress) as bars:
         bar = bars.add_task("learning", total=iterations)
-        if isinstance(expert, AbstractExpert):
+        if isinstance(expert, AbstractExpert | SimulatedExpert):
             advance = jax.jit(
                 lambda state, first, number: interact(
                     learner, expert, state, key, first, number, trajectories, lambda state, proposal: {}
@@ -106,10 +141,16 @@ def live(
                 bars.update(bar, advance=number)
             return state
         propose, update = eqx.filter_jit(learner.propose), eqx.filter_jit(learner.update)
+        probes_of = eqx.filter_jit(learner.probes)
         for iteration in range(iterations):
             demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, iteration))
             played = propose(state).policies.learner
             seen = expert.demonstrate(played, trajectories, demonstration_key)
-            state = update(state, Interaction(played, seen), update_key)
+            probes, answers = probes_of(state, update_key), None
+            if probes is not None:
+                policies = eqx.filter_vmap(learner.propose)(probes).policies.learner
+                each = [expert.demonstrate(policy, trajectories, demonstration_key) for policy in policies]
+                answers = jax.tree.map(lambda *leaves: jnp.stack(leaves), *each)
+            state = update(state, Interaction(played, seen, answers), update_key)
             bars.update(bar, advance=1)
     return state

@@ -31,7 +31,11 @@ class Trajectories(eqx.Module):
 
 
 class Interaction(eqx.Module):
-    """What one interaction leaves the learner: the policy it played and what it saw."""
+    """What one interaction leaves the learner: the policy it played and what it saw.
+
+    `probes` are the demonstrations at the other states that the learner asked to be met in, along a leading axis.
+    """
 
     learner_policy: Float[Array, "T S A_l"]
     demonstrations: Trajectories
+    probes: Trajectories | None = None

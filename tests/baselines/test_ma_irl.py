@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("optax_promotion")
 
 def test_marl_is_the_forward_model_at_both_true_rewards():
     problem = tiny_problem()
-    solution = marl(problem.game, problem.truth.rewards, problem.learner.forward_model, 0.95)
+    solution = marl(problem.game, problem.truth.rewards, problem.truth.forward_model, 0.95)
     references = problem.truth.references()
     returns = problem.truth.returns(solution.policies)
     np.testing.assert_allclose(returns.learner, references["truth_return_learner"], atol=1e-12)
@@ -29,7 +29,7 @@ def test_marl_is_the_forward_model_at_both_true_rewards():
 def test_feature_matching_closes_the_gap_to_the_demonstrations():
     problem = tiny_problem(inner_steps=5, inner_step_size=0.01)
     ma_irl = problem.ma_irl
-    true_play = marl(problem.game, problem.truth.rewards, problem.learner.forward_model, 0.95).policies
+    true_play = marl(problem.game, problem.truth.rewards, problem.truth.forward_model, 0.95).policies
     keys = jax.random.split(jax.random.key(1), 5000)
     seen = jax.vmap(lambda key: rollout(key, problem.game, true_play))(keys)
 
@@ -57,7 +57,7 @@ def test_the_truth_is_a_fixed_point_for_exact_demonstrations_of_the_true_game():
     problem = tiny_problem(inner_steps=5)
     descent = optax.sgd(0.1)
     ma_irl = dataclasses.replace(problem.ma_irl, regularisation=0.0, optimiser=descent)
-    true_play = marl(problem.game, problem.truth.rewards, problem.learner.forward_model, 0.95).policies
+    true_play = marl(problem.game, problem.truth.rewards, problem.truth.forward_model, 0.95).policies
     rewards = ma_irl.rewards
     truth = Sides(
         jnp.asarray(problem.true_weights["dependent_reward"]) / rewards.learner.scale,

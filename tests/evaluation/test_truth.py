@@ -20,7 +20,7 @@ def test_returns_are_undiscounted_sums_under_the_true_rewards():
 
 def test_at_the_true_equilibrium_model_and_deployment_agree():
     problem = tiny_problem()
-    solution = problem.learner.forward_model.solve(problem.game, problem.truth.rewards, 0.95)
+    solution = problem.truth.forward_model.solve(problem.game, problem.truth.rewards, 0.95)
     record = problem.truth.evaluate(solution.policies)
     np.testing.assert_allclose(record["model_return_learner"], record["deployed_return_learner"], atol=1e-10)
     np.testing.assert_allclose(record["model_return_expert"], record["deployed_return_expert"], atol=1e-10)
@@ -28,8 +28,8 @@ def test_at_the_true_equilibrium_model_and_deployment_agree():
 
 def test_the_true_parameters_leave_no_feature_gap():
     problem = tiny_problem()
-    reward = problem.learner.expert_reward
+    reward = problem.learner.bilevel.expert_reward
     theta = jnp.asarray(problem.true_weights["expert_reward"]) / reward.scale
-    played = problem.learner.forward_model.solve(problem.game, problem.truth.rewards, 0.95).policies.learner
+    played = problem.truth.forward_model.solve(problem.game, problem.truth.rewards, 0.95).policies.learner
     assert float(problem.truth.feature_gap(played, reward, theta)) <= 1e-12
     assert float(problem.truth.feature_gap(played, reward, -theta)) > 0.1

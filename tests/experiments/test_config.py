@@ -39,7 +39,7 @@ def test_values_replace_defaults():
         ({"temperature": ""}, "temperature: cannot be ''; give a number above 0"),
         ({"temperature": [1, 2]}, "temperature: cannot be [1, 2]; give a number above 0"),
         ({"variant": "foo"}, "variant: cannot be foo; choose general_sum or zero_sum"),
-        ({"expert": "foo"}, "expert: cannot be foo; choose responding"),
+        ({"expert": "foo"}, "expert: cannot be foo; choose responding or simulated"),
         ({"learner_no_op": "maybe"}, "learner_no_op: cannot be maybe; give true or false"),
         ({"graph": 3}, "graph: cannot be 3; give a text"),
         ({"graf": "small"}, "graf: is no field of the security experiment; did you mean graph?"),

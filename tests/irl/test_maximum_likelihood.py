@@ -5,15 +5,17 @@ import numpy as np
 import optax
 import pytest
 
-from gsiirl.equilibria import respond
+from gsiirl.bilevel import Bilevel
+from gsiirl.equilibria import Logit, respond
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.irl import MaximumLikelihood, Memory, reward_gradient_expectation
+from gsiirl.irl.maximum_likelihood import constant_steps, growing_steps
 from gsiirl.rewards import Linear
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.types import Sides
 from tests import helpers, oracles
 
-TEMPERATURE, DISCOUNT, INTERACTIONS = 0.4, 0.95, 4
+TEMPERATURE, DISCOUNT, INTERACTIONS, STEPS = 0.4, 0.95, 4, 3
 
 
 class Problem(eqx.Module):
@@ -46,24 +48,42 @@ def problem() -> Problem:
     memory = Memory.empty(INTERACTIONS + 1, (6, game.number_of_states, edges), true.shape[0], played.dtype)
     for index, (policy, seen) in enumerate(zip(played, jax.jit(jax.vmap(demonstrated))(played), strict=True)):
         memory = memory.remember(jax.random.key(index), policy, seen)
-    level = MaximumLikelihood(TEMPERATURE, DISCOUNT, 0.0, steps=3, optimiser=optax.sgd(0.05))
+    level = MaximumLikelihood(TEMPERATURE, constant_steps(STEPS), optax.sgd(0.05))
     return Problem(game, reward, true, memory, level)
+
+
+def averaged_gradient(problem: Problem, theta: jax.Array) -> jax.Array:
+    """∇L over the memory, without regularisation; only the expert's side of the two levels matters here."""
+    dependent = rewards.commitment_features(problem.game)
+    nothing = dependent.payoff(jnp.zeros(len(dependent.names)))
+    level = Bilevel(
+        game=problem.game,
+        own_reward=nothing,
+        accessed=nothing,
+        dependent_reward=Linear(dependent, 1.0),
+        expert_reward=problem.reward,
+        forward_model=Logit(TEMPERATURE),
+        temperature=TEMPERATURE,
+        discount=DISCOUNT,
+        regularisation=0.0,
+    )
+    return level.lower_gradient(jnp.zeros(len(dependent.names)), theta, problem.memory)
 
 
 @eqx.filter_jit
 def gradient(problem: Problem, theta: jax.Array) -> jax.Array:
-    return problem.level.gradient(problem.game, problem.reward, theta, problem.memory)
+    return averaged_gradient(problem, theta)
 
 
 @eqx.filter_jit
 def hessian(problem: Problem, theta: jax.Array) -> jax.Array:
-    return jax.jacfwd(lambda x: problem.level.gradient(problem.game, problem.reward, x, problem.memory))(theta)
+    return jax.jacfwd(lambda x: averaged_gradient(problem, x))(theta)
 
 
 @eqx.filter_jit
 def fit(problem: Problem, theta: jax.Array) -> jax.Array:
     state = problem.level.optimiser.init(theta)
-    return problem.level.fit(problem.game, problem.reward, theta, state, problem.memory)[0]
+    return problem.level.fit(lambda x: averaged_gradient(problem, x), theta, state, jnp.asarray(0))[0]
 
 
 def test_the_truth_is_a_fixed_point(problem):
@@ -109,7 +129,7 @@ def test_steps_stay_in_the_unit_ball_and_the_projection_binds_where_it_should(pr
     tight = eqx.tree_at(
         lambda p: p.memory.demonstrated, tight, 0.2 / problem.reward.scale * problem.memory.demonstrated
     )
-    tight = eqx.tree_at(lambda p: p.level, tight, MaximumLikelihood(TEMPERATURE, DISCOUNT, 0.0, 40, optax.sgd(5.0)))
+    tight = eqx.tree_at(lambda p: p.level, tight, MaximumLikelihood(TEMPERATURE, constant_steps(40), optax.sgd(5.0)))
     theta = fit(tight, jnp.zeros_like(problem.true))
     assert float(jnp.linalg.norm(theta)) == pytest.approx(1.0, abs=1e-12)
 
@@ -117,6 +137,28 @@ def test_steps_stay_in_the_unit_ball_and_the_projection_binds_where_it_should(pr
 def test_a_step_of_plain_descent_is_that_of_the_temperature_times_the_gradient(problem):
     theta = 0.3 * jax.random.ball(jax.random.key(2), problem.true.shape[0])
     expected = theta
-    for _ in range(problem.level.steps):
+    for _ in range(STEPS):
         expected = expected - 0.05 * TEMPERATURE * gradient(problem, expected)
     np.testing.assert_allclose(fit(problem, theta), expected, atol=1e-14)
+
+
+def test_growing_steps_are_the_papers_formula():
+    iterations = np.concatenate([np.arange(300), np.arange(1290, 1300), [4094, 4095, 4096, 9999]])
+    expected = np.ceil((iterations + 1.0) ** 0.25 / 2)
+    # Where (k+1)^(1/4)/2 is whole, rounding must not add a step.
+    for k, steps in ((15, 1), (16, 2), (255, 2), (256, 3), (1295, 3), (1296, 4)):
+        expected[iterations == k] = steps
+    np.testing.assert_array_equal(jax.jit(jax.vmap(growing_steps))(jnp.asarray(iterations)), expected)
+
+
+def test_as_many_steps_are_taken_as_the_iteration_asks_for():
+    counting = MaximumLikelihood(1.0, growing_steps, optax.sgd(1e-3))
+    moved = [
+        float(
+            jax.jit(lambda k: counting.fit(jnp.ones_like, jnp.zeros(1), counting.optimiser.init(jnp.zeros(1)), k)[0])(
+                jnp.asarray(k)
+            )[0]
+        )
+        for k in (0, 16, 256)
+    ]
+    np.testing.assert_allclose(moved, [-0.001, -0.002, -0.003], atol=1e-15)

@@ -15,7 +15,7 @@ import jax
 import optax
 from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
-from gsiirl.equilibria.logit import Logit, LogitSolution
+from gsiirl.equilibria.base import AbstractForwardModel, AbstractSolution
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.irl.expectations import reward_gradient_expectation, sampled_reward_gradient
@@ -34,14 +34,15 @@ class MAIRLState(eqx.Module):
 class MAIRL(eqx.Module):
     """Two-sided feature matching on fixed demonstrations D* of the true game; it never interacts.
 
-    `own_reward` is r_li, known; `rewards` are the parametric r_ld^θ_l and r_e^θ_e; λ = `regularisation`; `optimiser`
-    makes `steps` matching steps an iteration.
+    `own_reward` is r_li, known; `rewards` are the parametric r_ld^θ_l and r_e^θ_e; τ = `temperature`,
+    λ = `regularisation`; `optimiser` makes `steps` matching steps an iteration.
     """
 
     game: AbstractTabularGame
     own_reward: AbstractPayoff
     rewards: Sides[Linear]
-    forward_model: Logit
+    forward_model: AbstractForwardModel
+    temperature: float
     discount: float
     regularisation: float
     steps: int = eqx.field(static=True)
@@ -57,7 +58,7 @@ class MAIRL(eqx.Module):
         )
         return MAIRLState(parameters, demonstrated, self.optimiser.init(parameters))
 
-    def propose(self, state: MAIRLState) -> LogitSolution:
+    def propose(self, state: MAIRLState) -> AbstractSolution:
         """The forward model at the current parameters."""
         return self._forward(state.parameters)
 
@@ -70,7 +71,7 @@ class MAIRL(eqx.Module):
 
             def gradient(reward: Linear, theta: Array, demonstrated: Array) -> Array:
                 gap = reward_gradient_expectation(self.game, reward, policies, self.discount) - demonstrated
-                return gap + self.forward_model.temperature * self.regularisation * theta
+                return gap + self.temperature * self.regularisation * theta
 
             gradients = self._of_each(gradient, parameters, state.demonstrated)
             step, optimiser = self.optimiser.update(gradients, optimiser, parameters)
@@ -85,7 +86,7 @@ class MAIRL(eqx.Module):
         """`function` of each side's reward and values."""
         return jax.tree.map(function, self.rewards, *values, is_leaf=lambda node: isinstance(node, Linear))
 
-    def _forward(self, parameters: Sides) -> LogitSolution:
+    def _forward(self, parameters: Sides) -> AbstractSolution:
         rewards = Sides(
             self.rewards.learner.payoff(parameters.learner) + self.own_reward,
             self.rewards.expert.payoff(parameters.expert),

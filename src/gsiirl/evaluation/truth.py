@@ -4,8 +4,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from gsiirl.equilibria.base import AbstractForwardModel
 from gsiirl.equilibria.gap import nash_gap
-from gsiirl.equilibria.logit import Logit
 from gsiirl.equilibria.response import respond
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
@@ -17,11 +17,12 @@ from gsiirl.types import Policies, Sides
 class Truth(eqx.Module):
     """A game with both true rewards; returns are undiscounted.
 
-    `rewards.learner` is r_ld + r_li, `rewards.expert` is r_e.
+    `rewards.learner` is r_ld + r_li, `rewards.expert` is r_e; `forward_model` says what MARL plays.
     """
 
     game: AbstractTabularGame
     rewards: Sides[AbstractPayoff]
+    forward_model: AbstractForwardModel
     temperature: float
     discount: float
 
@@ -43,7 +44,7 @@ class Truth(eqx.Module):
         return can be higher than at any equilibrium (an attacker that picks edges blindly does no harm), and says
         nothing.
         """
-        solution = Logit(self.temperature).solve(self.game, self.rewards, self.discount)
+        solution = self.forward_model.solve(self.game, self.rewards, self.discount)
         uniform = jnp.full_like(solution.policies.learner, 1.0 / solution.policies.learner.shape[-1])
         met = Sides(uniform, self.expert_response(uniform))
         return {**named("truth", self.returns(solution.policies)), **named("random", self.returns(met))}

@@ -25,7 +25,7 @@ def _flag(field: str, schema: dict[str, Any]) -> inspect.Parameter:
     """The flag of a field. Its value stays a text, to be checked together with those of the configuration file."""
     default = schema["default"]
     if schema["type"] == "boolean":
-        kind: Any = bool
+        kind: Any = bool | None if default is None else bool
     else:
         kind, default = str | None, None if default is None else str(default)
     metavar = "|".join(choices(schema)) or {"integer": "INT", "number": "FLOAT"}.get(schema["type"], "TEXT")

@@ -17,7 +17,7 @@ from jaxtyping import Array, Key, PRNGKeyArray, PyTree
 
 from gsiirl._version import __version__
 from gsiirl.baselines.marl import marl
-from gsiirl.equilibria.logit import LogitSolution
+from gsiirl.equilibria import AbstractSolution, LogitSolution
 from gsiirl.errors import InputError
 from gsiirl.evaluation.reward_similarity import RewardSimilarity
 from gsiirl.experiments.config import config_from_dict, config_to_dict
@@ -42,9 +42,9 @@ class Algorithm(eqx.Module):
     """
 
     init: Callable[[PRNGKeyArray], PyTree]
-    propose: Callable[[PyTree], LogitSolution]
+    propose: Callable[[PyTree], AbstractSolution]
     advance: Callable[[PyTree, PRNGKeyArray, Array, int], tuple[PyTree, Record]]
-    observe: Callable[[PyTree, LogitSolution], Record]
+    observe: Callable[[PyTree, AbstractSolution], Record]
     learned: Callable[[PyTree], Record]
     iterations: int
 
@@ -153,8 +153,9 @@ def _finish(
     }
     folder.save_paths({name: column.reshape(-1) for name, column in columns.items()})
     if learned:
-        rewards = {"expert_reward": problem.learner.expert_reward}
-        rewards |= dict.fromkeys(("dependent_reward", "commitment"), problem.learner.dependent_reward)
+        bilevel = problem.learner.bilevel
+        rewards = {"expert_reward": bilevel.expert_reward}
+        rewards |= dict.fromkeys(("dependent_reward", "commitment"), bilevel.dependent_reward)
         folder.save_learned(
             {name: np.asarray(value) for name, value in learned.items()},
             {name: float(rewards[name].scale) for name in learned},
@@ -166,35 +167,41 @@ def _finish(
 
 def _algorithm(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
     truth, learner, ma_irl = problem.truth, problem.learner, problem.ma_irl
-    expert_similarity = RewardSimilarity.of(problem.game, learner.expert_reward.features)
-    dependent_similarity = RewardSimilarity.of(problem.game, learner.dependent_reward.features)
+    expert_reward, dependent_reward = learner.bilevel.expert_reward, learner.bilevel.dependent_reward
+    expert_similarity = RewardSimilarity.of(problem.game, expert_reward.features)
+    dependent_similarity = RewardSimilarity.of(problem.game, dependent_reward.features)
     true_expert, true_dependent = (
         jnp.asarray(problem.true_weights[name]) for name in ("expert_reward", "dependent_reward")
     )
 
-    def judged(proposal: LogitSolution, expert_parameters: Array) -> Record:
+    def judged(proposal: AbstractSolution, expert_parameters: Array) -> Record:
         return {
             **truth.evaluate(proposal.policies),
             "expert_reward_pearson": expert_similarity.pearson(expert_parameters, true_expert),
             "expert_reward_epic": expert_similarity.epic(expert_parameters, true_expert, config.discount),
-            "feature_gap": truth.feature_gap(proposal.policies.learner, learner.expert_reward, expert_parameters),
+            "feature_gap": truth.feature_gap(proposal.policies.learner, expert_reward, expert_parameters),
             **solved(proposal),
         }
 
-    def solved(proposal: LogitSolution) -> Record:
+    def solved(proposal: AbstractSolution) -> Record:
+        if not isinstance(proposal, LogitSolution):
+            # Only an equilibrium that should have been found, and was not, makes a seed fail.
+            return {"forward_residual": proposal.residual}
         return {
             "forward_residual": jnp.where(proposal.converged, proposal.residual, jnp.inf),
             "branch_folds": jnp.sum(proposal.branch_folds).astype(proposal.residual.dtype),
         }
 
-    if config.algorithm == "gsiirl":
+    if config.algorithm in ("gsiirl", "paper"):
+        asked = config.trajectories * (3 if config.response == "measured" else 1)
 
-        def observe(state: PyTree, proposal: LogitSolution) -> Record:
+        def observe(state: PyTree, proposal: AbstractSolution) -> Record:
             fitted = learner.fitted_dependent_reward(state)
             return {
                 **judged(proposal, state.expert_parameters),
                 "dependent_reward_pearson": dependent_similarity.pearson(fitted, true_dependent),
-                "expert_trajectories": (state.memory.count * config.trajectories).astype(fitted.dtype),
+                "expert_trajectories": (state.memory.count * asked).astype(fitted.dtype),
+                "game_solves": state.solves.astype(fitted.dtype),
             }
 
         return Algorithm(
@@ -213,10 +220,10 @@ def _algorithm(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
         )
 
     # Both baselines start from play of the true game.
-    true_play = marl(problem.game, truth.rewards, learner.forward_model, config.discount)
+    true_play = marl(problem.game, truth.rewards, truth.forward_model, config.discount)
     if config.algorithm == "marl":
 
-        def observe_marl(_: PyTree, proposal: LogitSolution) -> Record:
+        def observe_marl(_: PyTree, proposal: AbstractSolution) -> Record:
             return {**truth.evaluate(proposal.policies), **solved(proposal)}
 
         return Algorithm(
@@ -237,7 +244,7 @@ def _algorithm(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
         demonstrations = jax.vmap(lambda one: rollout(one, problem.game, true_play.policies))(keys)
         return ma_irl.init(parameter_key, demonstrations)
 
-    def observe_ma_irl(state: PyTree, proposal: LogitSolution) -> Record:
+    def observe_ma_irl(state: PyTree, proposal: AbstractSolution) -> Record:
         asked = jnp.asarray(float(number_of_demonstrations))
         return {**judged(proposal, state.parameters.expert), "expert_trajectories": asked}
 

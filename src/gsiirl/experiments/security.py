@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-Algorithm = Literal["gsiirl", "ma-irl", "marl"]
+from gsiirl.errors import InputError
+
+Algorithm = Literal["gsiirl", "paper", "ma-irl", "marl"]
 Variant = Literal["general_sum", "zero_sum"]
 
 
@@ -20,7 +22,8 @@ class SecurityConfig:
     """Everything that decides a run of the security experiment: its fields are flags, TOML keys and `config.json`."""
 
     algorithm: Algorithm = "gsiirl"
-    """Which algorithm learns; `marl` is given both true rewards."""
+    """Which algorithm learns: `gsiirl` (our preset), `paper` (the same with the paper's settings), `ma-irl`; `marl` is
+    given both true rewards."""
     graph: str | None = None
     """A NASim scenario's name, or a GraphML or JSON file; without it a random graph is drawn from `graph_seed`."""
     graph_seed: int = Field(default=0, ge=0)
@@ -35,10 +38,25 @@ class SecurityConfig:
     """Let the defender also block nothing, at no cost."""
     expert_no_op: bool = False
     """Let the attacker also attack nothing, at no cost."""
-    expert: Literal["responding"] = "responding"
-    """`responding`: the expert plays its soft best response to the policy the learner plays."""
-    solver: Literal["logit"] = "logit"
-    """Forward model from rewards to a joint policy."""
+    expert: Literal["responding", "simulated"] = "responding"
+    """`responding`: the expert plays its soft best response to the policy the learner plays; `simulated`: it is told
+    what the learner acts on, and plays the equilibrium of that (the paper's)."""
+    solver: Literal["logit", "soft_joint", "q_learning"] = "logit"
+    """Forward model from rewards to a joint policy: `logit` equilibrium, `soft_joint` (the paper's eq. 5-7, both sides
+    playing its marginals), or the paper's `q_learning`, which needs a hypergradient without derivatives."""
+    lower_level: Literal["played", "equilibrium"] | None = None
+    """Whose policy the expert's reward is fitted under: `played` (default), or `equilibrium` (paper)."""
+    response: Literal["well_specified", "frozen", "measured"] | None = None
+    """What the hypergradient takes for the expert's response: `well_specified` (default), `frozen` (paper), or
+    `measured`, from two more interactions an iteration."""
+    hypergradient: Literal["implicit", "spsa", "hvp_cg", "finite_difference"] | None = None
+    """Estimator of the hypergradient: `implicit` (default), `spsa` (paper)."""
+    schedule: Literal["adam", "paper"] | None = None
+    """Steps of both levels: `adam` (default), or the `paper`'s plain steps, t_k = ceil((k+1)^(1/4)/2) inner ones and
+    outer ones of 1/(smoothness sqrt(K))."""
+    honest_start: bool | None = None
+    """Step from the honest commitment, to the dependent reward fitted so far, where that is better (default; not in
+    paper)."""
     seeds: int = Field(default=10, ge=1)
     """Number of seeds."""
     first_seed: int = Field(default=0, ge=0)
@@ -60,33 +78,86 @@ class SecurityConfig:
     """Bound on any one reward weight, all that is known of the rewards beforehand; default 1.5 on random graphs, 1 on
     NASim scenarios, and the largest value or loss in a file."""
     inner_steps: int = Field(default=10, ge=1)
-    """Projected steps on the expert's parameters in each iteration."""
+    """Projected steps on the expert's parameters in each iteration (schedule `adam`)."""
     inner_step_size: float = Field(default=0.02, gt=0)
-    """Adam's step of the lower level, in the unit ball."""
+    """Step of the lower level: Adam's, in the unit ball, or the paper's on tau times the gradient."""
     step_size: float = Field(default=1.0, gt=0)
     """Adam's first step of the upper level, in units of temperature: rewards change by about this much times tau."""
+    smoothness: float | None = Field(default=None, gt=0)
+    """The paper's L_f, a bound on the curvature of f: its outer step is 1/(L_f sqrt(K)). Default 60, and 1.5 on NASim
+    scenarios."""
     step_decay: float = Field(default=20.0, gt=0)
     """Iterations after which the upper level's step is halved: step_size / (1 + k / step_decay)."""
-    remembered: int = Field(default=16, ge=1)
-    """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them."""
+    remembered: int | None = Field(default=None, ge=1)
+    """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
+    default 16 (paper 1)."""
+    perturbation: float | None = Field(default=None, gt=0)
+    """SPSA's first perturbation in the unit ball; default 0.05 (paper 1)."""
+    perturbation_decay: float | None = Field(default=None, ge=0)
+    """SPSA's perturbation falls as 1/(k+1) to this power; default 0.101 (paper 1)."""
+    draws: int = Field(default=1, ge=1)
+    """SPSA's directions in each iteration."""
     device: Literal["cpu", "gpu"] = "cpu"
     """Where the arrays live."""
 
     def resolved(self) -> Self:
-        """The configuration with the values that a run uses where none were given."""
+        """The configuration with the values that a run uses where none were given.
+
+        Raises:
+            InputError: the hypergradient's estimator does not go with the solver or the lower level.
+        """
         from gsiirl.scenarios import load_network
         from gsiirl.scenarios.random_graph import VALUE
 
         if self.graph is None:
-            temperature, bound = 0.4, VALUE[1]
+            temperature, bound, smoothness = 0.4, VALUE[1], 60.0
         elif Path(self.graph).is_file():
             network = load_network(self.graph, self.variant)
             largest = float(max(abs(network.value).max(), abs(network.criticality).max()))
-            temperature, bound = 0.4, largest or 1.0
+            temperature, bound, smoothness = 0.4, largest or 1.0, 60.0
         else:
-            temperature, bound = 0.05, 1.0
-        return replace(
-            self,
-            temperature=temperature if self.temperature is None else self.temperature,
-            reward_bound=bound if self.reward_bound is None else self.reward_bound,
+            temperature, bound, smoothness = 0.05, 1.0, 1.5
+        preset = {"temperature": temperature, "reward_bound": bound, "smoothness": smoothness} | (
+            PAPER if self.algorithm == "paper" else DEFAULT
         )
+        if self.solver == "q_learning":
+            preset["hypergradient"] = "spsa"
+        full = replace(self, **{name: value for name, value in preset.items() if getattr(self, name) is None})
+        if full.solver == "q_learning" and full.hypergradient in ("implicit", "hvp_cg"):
+            raise InputError(
+                "hypergradient",
+                f"{full.hypergradient} differentiates the solver, and q_learning cannot be differentiated",
+                "use spsa or finite_difference",
+            )
+        if full.hypergradient == "hvp_cg" and full.response != "well_specified" and full.lower_level == "equilibrium":
+            raise InputError(
+                "hypergradient",
+                "hvp_cg needs a symmetric Hessian, and the lower level equilibrium has none",
+                "use implicit, finite_difference or spsa, or the lower level played",
+            )
+        return full
+
+
+DEFAULT: dict[str, Any] = {
+    "lower_level": "played",
+    "response": "well_specified",
+    "hypergradient": "implicit",
+    "schedule": "adam",
+    "honest_start": True,
+    "remembered": 16,
+    "perturbation": 0.05,
+    "perturbation_decay": 0.101,
+}
+"""What `gsiirl` sets where nothing is given."""
+
+PAPER: dict[str, Any] = {
+    "lower_level": "equilibrium",
+    "response": "frozen",
+    "hypergradient": "spsa",
+    "schedule": "paper",
+    "honest_start": False,
+    "remembered": 1,
+    "perturbation": 1.0,
+    "perturbation_decay": 1.0,
+}
+"""What `paper` sets where nothing is given."""

@@ -1,24 +1,29 @@
 """From a configuration of the security experiment to the game, the two sides, and the truth that judges them."""
 
 import math
+from typing import TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
 import optax
 
 from gsiirl.baselines.ma_irl import MAIRL
-from gsiirl.equilibria.logit import Logit
+from gsiirl.bilevel import Bilevel
+from gsiirl.equilibria import AbstractForwardModel, Logit, QLearning, SoftJoint
 from gsiirl.evaluation.truth import Truth
 from gsiirl.experiments.security import SecurityConfig
-from gsiirl.expert import RespondingExpert
+from gsiirl.expert import RespondingExpert, SimulatedExpert
 from gsiirl.games.attack_graph import AttackGraph
-from gsiirl.irl.dependent_reward import DependentValue
-from gsiirl.learner import GSIIRL
+from gsiirl.hypergradients import SPSA, AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit, Response
+from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
+from gsiirl.learner import GSIIRL, decaying_step
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios import load_network, random_network
 from gsiirl.scenarios.network import AttackNetwork
 from gsiirl.types import Sides
+
+Value = TypeVar("Value")
 
 
 class SecurityProblem(eqx.Module):
@@ -28,7 +33,7 @@ class SecurityProblem(eqx.Module):
     game: AttackGraph
     learner: GSIIRL
     ma_irl: MAIRL
-    expert: RespondingExpert
+    expert: RespondingExpert | SimulatedExpert
     truth: Truth
     true_weights: dict[str, list[float]] = eqx.field(static=True)
 
@@ -56,35 +61,101 @@ def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
     own_reward = rewards.own_reward(game, network)
     dependent_table = dependent.payoff(jnp.asarray(dependent_weights))
     expert_table = attack.payoff(jnp.asarray(expert_weights))
+    forward_model = _forward_model(config)
+    bilevel = Bilevel(
+        game=game,
+        own_reward=own_reward,
+        accessed=dependent_table,
+        dependent_reward=dependent_reward,
+        expert_reward=expert_reward,
+        forward_model=forward_model,
+        temperature=config.temperature,
+        discount=config.discount,
+        regularisation=config.regularisation,
+        lower_level=_given(config.lower_level),
+    )
+    if config.expert == "simulated":
+        expert = SimulatedExpert(game, expert_table, forward_model, config.discount)
+    else:
+        expert = RespondingExpert(game, expert_table, config.temperature, config.discount)
     return SecurityProblem(
         network=network,
         game=game,
-        learner=GSIIRL.create(
-            game,
-            own_reward=own_reward,
-            dependent_value=DependentValue(dependent_table),
-            dependent_reward=dependent_reward,
-            expert_reward=expert_reward,
-            temperature=config.temperature,
-            discount=config.discount,
-            regularisation=config.regularisation,
-            inner_steps=config.inner_steps,
-            inner_step_size=config.inner_step_size,
-            step_size=config.step_size,
-            step_decay=config.step_decay,
-            remembered=config.remembered,
-        ),
+        learner=_learner(config, bilevel),
         ma_irl=MAIRL(
             game=game,
             own_reward=own_reward,
             rewards=Sides(dependent_reward, expert_reward),
-            forward_model=Logit(config.temperature),
+            forward_model=forward_model,
+            temperature=config.temperature,
             discount=config.discount,
             regularisation=config.regularisation,
             steps=config.inner_steps,
             optimiser=optax.adam(config.inner_step_size),
         ),
-        expert=RespondingExpert(game, expert_table, config.temperature, config.discount),
-        truth=Truth(game, Sides(dependent_table + own_reward, expert_table), config.temperature, config.discount),
+        expert=expert,
+        truth=Truth(
+            game,
+            Sides(dependent_table + own_reward, expert_table),
+            forward_model,
+            config.temperature,
+            config.discount,
+        ),
         true_weights={"expert_reward": expert_weights.tolist(), "dependent_reward": dependent_weights.tolist()},
     )
+
+
+def _learner(config: SecurityConfig, bilevel: Bilevel) -> GSIIRL:
+    if config.schedule == "paper":
+        steps, optimisers = (
+            growing_steps,
+            (
+                optax.sgd(config.inner_step_size),
+                optax.sgd(1.0 / (_given(config.smoothness) * max(config.iterations, 1) ** 0.5)),
+            ),
+        )
+    else:
+        steps, optimisers = (
+            constant_steps(config.inner_steps),
+            (
+                optax.adam(config.inner_step_size),
+                optax.adam(decaying_step(bilevel, config.step_size, config.step_decay)),
+            ),
+        )
+    return GSIIRL(
+        bilevel=bilevel,
+        inner_loop=MaximumLikelihood(bilevel.temperature, steps, optimisers[0]),
+        hypergradient=_hypergradient(config),
+        ridge=config.regularisation,
+        optimiser=optimisers[1],
+        remembered=_given(config.remembered),
+        honest_start=_given(config.honest_start),
+    )
+
+
+def _hypergradient(config: SecurityConfig) -> AbstractEstimator:
+    response: Response = _given(config.response)
+    match _given(config.hypergradient):
+        case "implicit":
+            return Implicit(response)
+        case "hvp_cg":
+            return HessianVectorCG(response)
+        case "finite_difference":
+            return FiniteDifference(response)
+        case _:
+            return SPSA(response, _given(config.perturbation), _given(config.perturbation_decay), config.draws)
+
+
+def _forward_model(config: SecurityConfig) -> AbstractForwardModel:
+    match config.solver:
+        case "q_learning":
+            return QLearning()
+        case "soft_joint":
+            return SoftJoint(_given(config.temperature))
+        case _:
+            return Logit(_given(config.temperature))
+
+
+def _given(value: Value | None) -> Value:
+    assert value is not None, "the configuration is not resolved"
+    return value

@@ -12,3 +12,4 @@ from gsiirl.hypergradients.problem import Hypergradient as Hypergradient
 from gsiirl.hypergradients.problem import Response as Response
 from gsiirl.hypergradients.spsa import SPSA as SPSA
 from gsiirl.hypergradients.spsa import SPSAState as SPSAState
+from gsiirl.hypergradients.spsa import directional_jacobian as directional_jacobian
