@@ -3,6 +3,7 @@ import numpy as np
 from problems import tiny_problem
 
 from gsiirl.equilibria.response import respond
+from gsiirl.expert import SimulatedExpert
 from gsiirl.irl.expectations import reward_gradient_expectation, sampled_reward_gradient
 from gsiirl.types import Sides
 
@@ -18,5 +19,19 @@ def test_a_responding_expert_plays_its_soft_best_response():
     seen = expert.demonstrate(played, 20_000, jax.random.key(1))
     sampled = sampled_reward_gradient(reward, seen, 0.95, exact.dtype)
     # A trajectory's features are at most a step's features (norm <= sqrt(2)) times the horizon.
+    standard_error = reward.scale * np.sqrt(2) * problem.game.horizon / np.sqrt(20_000)
+    assert float(np.abs(sampled - exact).max()) <= 5 * standard_error
+
+
+def test_a_simulated_expert_plays_the_equilibrium_of_what_it_is_told_and_of_its_own_reward():
+    problem = tiny_problem()
+    learner, forward_model = problem.learner, problem.truth.forward_model
+    told = learner.committed_reward(learner.init(jax.random.key(0)))
+    expert = SimulatedExpert(problem.game, problem.expert.reward, forward_model, 0.95)
+    policies = forward_model.solve(problem.game, Sides(told, problem.expert.reward), 0.95).policies
+    reward = learner.bilevel.expert_reward
+    exact = reward_gradient_expectation(problem.game, reward, policies, 0.95)
+    seen = expert.demonstrate_told(told, 20_000, jax.random.key(1))
+    sampled = sampled_reward_gradient(reward, seen, 0.95, exact.dtype)
     standard_error = reward.scale * np.sqrt(2) * problem.game.horizon / np.sqrt(20_000)
     assert float(np.abs(sampled - exact).max()) <= 5 * standard_error

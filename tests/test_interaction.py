@@ -1,3 +1,5 @@
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -6,6 +8,8 @@ import pytest
 from problems import tiny_problem
 
 from gsiirl import interaction
+from gsiirl.expert import SimulatedExpert
+from gsiirl.hypergradients import Implicit
 from gsiirl.interaction import live
 from gsiirl.types import Sides, Trajectories
 
@@ -54,14 +58,18 @@ class Simpleton:
         return Trajectories(jnp.asarray(states), actions, jnp.ones((number, horizon), bool))
 
 
-def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(problem, monkeypatch):
+@pytest.mark.parametrize(("response", "interactions"), [("well_specified", 1), ("measured", 3)])
+def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(
+    problem, monkeypatch, response, interactions
+):
     monkeypatch.setattr(interaction, "CHUNK", 2)
-    learned = problem.learner.fit(problem.expert, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
+    learner = dataclasses.replace(problem.learner, hypergradient=Implicit(response))
+    learned = learner.fit(problem.expert, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
     stranger = Stranger(problem.expert)
-    told = live(problem.learner, stranger, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
+    told = live(learner, stranger, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
     for one, other in zip(jax.tree.leaves(learned.state), jax.tree.leaves(told), strict=True):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
-    assert stranger.asked == ITERATIONS * TRAJECTORIES
+    assert stranger.asked == interactions * ITERATIONS * TRAJECTORIES
     # What was learned is told in reward units.
     scale = problem.learner.bilevel.expert_reward.scale
     np.testing.assert_allclose(learned.expert_reward, scale * learned.state.expert_parameters)
@@ -76,3 +84,24 @@ def test_an_attacker_in_plain_python_is_recognised(problem):
     learned = problem.learner.fit(simpleton, 25, TRAJECTORIES, seed=0, progress=False)
     believed = np.asarray(learned.solution.policies.expert)[0, simpleton.start]
     assert int(np.argmax(believed)) == int(np.argmax(simpleton.success[simpleton.start] > 0))
+
+
+def test_a_simulated_expert_is_told_the_commitment_and_the_learner_estimates_what_it_played(problem):
+    told = []
+
+    class Listening(SimulatedExpert):
+        def demonstrate_told(self, learner_reward, number, key):
+            jax.debug.callback(lambda reward: told.append(np.asarray(reward)), learner_reward.dense())
+            return super().demonstrate_told(learner_reward, number, key)
+
+    learner = problem.learner
+    expert = Listening(problem.game, problem.expert.reward, learner.bilevel.forward_model, 0.95)
+    learned = learner.fit(expert, 1, TRAJECTORIES, seed=3, progress=False)
+    start = learner.init(jax.random.split(jax.random.key(3))[0])
+    np.testing.assert_allclose(told[0], learner.committed_reward(start).dense(), atol=1e-12)
+    # The remembered policy is made of counts: of 20 trajectories and one visit before.
+    first = np.asarray(learned.state.memory.learner_policies[0, 0, int(np.argmax(problem.game.initial))])
+    proposed = np.asarray(learner.propose(start).policies.learner)[0, int(np.argmax(problem.game.initial))]
+    counts = (TRAJECTORIES + 1) * first - proposed
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-9)
+    assert counts.sum() == pytest.approx(TRAJECTORIES)

@@ -4,20 +4,24 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optax
 import pytest
 
 from gsiirl.experiments.security import SecurityConfig
 from gsiirl.experiments.security_problem import SecurityProblem, build
+from gsiirl.hypergradients import FiniteDifference, Implicit
 from gsiirl.interaction import interact
-from gsiirl.learner import GSIIRLState
+from gsiirl.irl import DependentValue, reward_gradient_expectation
+from gsiirl.learner import GSIIRL, PROBE, GSIIRLState
 from gsiirl.scenarios import random_network
 from gsiirl.types import Interaction
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
 
 ITERATIONS, TRAJECTORIES, SEEDS = 4, 50, 4
-CONFIG = SecurityConfig(nodes=4, edges=5, horizon=4, temperature=0.4, reward_bound=1.5, inner_steps=5, remembered=6)
-CONFIG = CONFIG.resolved()
+CONFIG = SecurityConfig(
+    nodes=4, edges=5, horizon=4, temperature=0.4, reward_bound=1.5, inner_steps=5, remembered=6
+).resolved()
 
 
 @pytest.fixture(scope="module")
@@ -146,3 +150,95 @@ def test_the_ascent_starts_from_the_better_of_commitment_and_fitted_reward(probl
     for commitment, fitted in ((worse, true), (true, worse)):
         chosen = start(commitment, fitted, state.expert_parameters)
         np.testing.assert_array_equal(chosen, true)
+
+
+def one_update(learner: GSIIRL, state: GSIIRLState, interaction: Interaction) -> GSIIRLState:
+    return eqx.filter_jit(learner.update)(state, interaction, jax.random.key(7))
+
+
+@pytest.mark.parametrize(("lower_level", "response"), [("equilibrium", "frozen"), ("played", "measured")])
+def test_exact_estimators_lead_to_the_same_state(problem, lower_level, response):
+    bilevel = dataclasses.replace(problem.learner.bilevel, lower_level=lower_level)
+    after = []
+    for estimator in (Implicit(response), FiniteDifference(response)):
+        learner = dataclasses.replace(problem.learner, bilevel=bilevel, hypergradient=estimator)
+        learner = dataclasses.replace(learner, optimiser=optax.sgd(1e-2), honest_start=False)
+        state = learner.init(jax.random.key(0))
+        interaction = an_interaction(problem, state)
+        probes = learner.probes(state, jax.random.key(7))
+        if probes is not None:
+            answers = jax.vmap(lambda probe: an_interaction(problem, probe).demonstrations)(probes)
+            interaction = Interaction(interaction.learner_policy, interaction.demonstrations, answers)
+        after.append(one_update(learner, state, interaction))
+        assert not np.allclose(after[-1].commitment, state.commitment, atol=1e-5)
+    np.testing.assert_allclose(after[0].commitment, after[1].commitment, rtol=0, atol=1e-7)
+
+
+def test_probes_lie_on_both_sides_of_the_commitment_and_are_asked_for_by_measured_alone(problem):
+    state = problem.learner.init(jax.random.key(0))
+    assert problem.learner.probes(state, jax.random.key(1)) is None
+    measuring = dataclasses.replace(problem.learner, hypergradient=Implicit("measured"))
+    probes = measuring.probes(state, jax.random.key(1))
+    np.testing.assert_allclose(jnp.mean(probes.commitment, axis=0), state.commitment, atol=1e-15)
+    np.testing.assert_allclose(jnp.abs(probes.commitment - state.commitment[None, :]), PROBE, atol=1e-15)
+    np.testing.assert_array_equal(probes.expert_parameters[1], state.expert_parameters)
+
+
+def test_the_measured_slope_is_the_change_of_what_the_expert_shows(problem):
+    """Along its direction the Jacobian gives the difference of the demonstrations at the two probes."""
+    measuring = dataclasses.replace(problem.learner, hypergradient=Implicit("measured"))
+    state, key = measuring.init(jax.random.key(0)), jax.random.key(1)
+    probes = measuring.probes(state, key)
+    answers = jax.vmap(lambda probe: an_interaction(problem, probe).demonstrations)(probes)
+    seen = jax.vmap(measuring._demonstrated)(answers)
+    move = probes.commitment[0] - probes.commitment[1]
+    jacobian = measuring._measured(state, Interaction(jnp.zeros(()), answers, answers), key)
+    size = move.shape[0]
+    np.testing.assert_allclose(jacobian @ move / size, seen[0] - seen[1], atol=1e-12)
+
+
+def test_games_solved_are_counted(problem):
+    paper = build_paper(problem)
+    for learner, expected in ((problem.learner, 1 + 2 + 2), (paper, 1 + 1 + 5)):
+        state = learner.init(jax.random.key(0))
+        assert int(one_update(learner, state, an_interaction(problem, state)).solves) == expected
+
+
+def build_paper(problem: SecurityProblem) -> GSIIRL:
+    bilevel = problem.learner.bilevel
+    return GSIIRL.paper(
+        bilevel.game,
+        own_reward=bilevel.own_reward,
+        dependent_value=DependentValue(bilevel.accessed),
+        dependent_reward=bilevel.dependent_reward,
+        expert_reward=bilevel.expert_reward,
+        temperature=0.4,
+        iterations=ITERATIONS,
+        smoothness=60.0,
+    )
+
+
+def test_the_papers_preset_takes_the_papers_steps_on_the_newest_demonstrations_alone(problem):
+    paper = build_paper(problem)
+    state = paper.init(jax.random.key(0))
+    for _ in range(2):
+        before, interaction = state, an_interaction(problem, state)
+        state = one_update(paper, before, interaction)
+    bilevel = paper.bilevel
+    seen = paper._demonstrated(interaction.demonstrations)
+    # Line 6, one step: μ_e under the forward model at both estimates, against the newest demonstrations.
+    modelled = reward_gradient_expectation(bilevel.game, bilevel.expert_reward, paper.propose(before).policies, 0.95)
+    gradient = (modelled - seen) / 0.4 + 1e-3 * before.expert_parameters
+    stepped = before.expert_parameters - 0.02 * 0.4 * gradient
+    np.testing.assert_allclose(state.expert_parameters, stepped / max(1.0, jnp.linalg.norm(stepped)), atol=1e-12)
+    # Line 15: the second iteration's perturbation is 1/2, its step 1/(60 sqrt(4)).
+    estimate, _ = paper.hypergradient.estimate(
+        bilevel.problem(before.expert_parameters, seen),
+        before.commitment,
+        state.expert_parameters,
+        before.hypergradient,
+        jax.random.fold_in(jax.random.key(7), 1),
+        jnp.asarray(1),
+    )
+    moved = before.commitment + estimate.value / 120.0
+    np.testing.assert_allclose(state.commitment, moved / max(1.0, jnp.linalg.norm(moved)), atol=1e-9)

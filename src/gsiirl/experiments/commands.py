@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from gsiirl.experiments.config import choices, config_from_dict, field_schemas, load_config_file
+from gsiirl.errors import InputError
+from gsiirl.experiments.config import choices, config_from_dict, field_schemas, flag, load_config, load_config_file
 
 
 def _with_field_flags(command: Callable[..., None]) -> Callable[..., None]:
@@ -62,6 +63,45 @@ def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /
     with _resumable(folder):
         runner.resume(folder)
     _print_end(folder)
+
+
+def ablation(
+    *,
+    out: Annotated[
+        Path, Parameter(metavar="DIR", help="Folder for the runs and the page; one of an earlier call is gone on with.")
+    ],
+    graph_seeds: Annotated[
+        str, Parameter(metavar="SEEDS", help="Seeds of the random graphs, with commas between them.")
+    ] = "0,1,2,3,4",
+    seeds: Annotated[str, Parameter(metavar="INT", help="Number of seeds.")] = "10",
+    iterations: Annotated[str, Parameter(metavar="INT", help="Outer iterations.")] = "50",
+    trajectories: Annotated[str, Parameter(metavar="INT", help="Trajectories of each interaction.")] = "100",
+) -> None:
+    """What each change of the default over the paper's preset is worth, on random attack graphs.
+
+    Finished runs in DIR are kept and an interrupted one is gone on with.
+    """
+    given = {"seeds": seeds, "iterations": iterations, "trajectories": trajectories}
+    load_config(given, flag)
+    graphs = [_whole("--graph-seeds", each) for each in graph_seeds.split(",")]
+    from gsiirl.experiments.ablation import run_ablation
+    from gsiirl.report import write_ablation_page
+
+    try:
+        run_ablation(given, graphs, out)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("finished runs are kept; the same command goes on") from None
+    print(write_ablation_page(out))
+
+
+def _whole(name: str, text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = -1
+    if number < 0:
+        raise InputError(name, f"cannot be {text or 'empty'}", "give whole numbers of at least 0, with commas between")
+    return number
 
 
 @contextmanager

@@ -107,27 +107,17 @@ def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
 
 def _learner(config: SecurityConfig, bilevel: Bilevel) -> GSIIRL:
     if config.schedule == "paper":
-        steps, optimisers = (
-            growing_steps,
-            (
-                optax.sgd(config.inner_step_size),
-                optax.sgd(1.0 / (_given(config.smoothness) * max(config.iterations, 1) ** 0.5)),
-            ),
-        )
+        steps, inner = growing_steps, optax.sgd(config.inner_step_size)
+        outer = optax.sgd(1.0 / (_given(config.smoothness) * max(config.iterations, 1) ** 0.5))
     else:
-        steps, optimisers = (
-            constant_steps(config.inner_steps),
-            (
-                optax.adam(config.inner_step_size),
-                optax.adam(decaying_step(bilevel, config.step_size, config.step_decay)),
-            ),
-        )
+        steps, inner = constant_steps(config.inner_steps), optax.adam(config.inner_step_size)
+        outer = optax.adam(decaying_step(bilevel, config.step_size, config.step_decay))
     return GSIIRL(
         bilevel=bilevel,
-        inner_loop=MaximumLikelihood(bilevel.temperature, steps, optimisers[0]),
+        inner_loop=MaximumLikelihood(bilevel.temperature, steps, inner),
         hypergradient=_hypergradient(config),
         ridge=config.regularisation,
-        optimiser=optimisers[1],
+        optimiser=outer,
         remembered=_given(config.remembered),
         honest_start=_given(config.honest_start),
     )

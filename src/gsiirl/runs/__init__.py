@@ -1,5 +1,7 @@
 """Run folders: what one experiment writes, and how it is read back (no JAX)."""
 
+from gsiirl.runs.ablation import Ablation as Ablation
+from gsiirl.runs.ablation import Variant as Variant
 from gsiirl.runs.checkpoint import Checkpoint as Checkpoint
 from gsiirl.runs.findings import Curve as Curve
 from gsiirl.runs.findings import Finding as Finding

@@ -1,11 +1,13 @@
 """What a check of the theory found, as `theory.json` holds it: written by `gsiirl theory`, drawn by the report."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from gsiirl.errors import InputError
-from gsiirl.runs.json_file import encode_json, read_versioned_json, versioned, write_json
+from gsiirl.runs.json_file import read_versioned_json, versioned, write_json
 
 FINDINGS = "theory.json"
 
@@ -23,11 +25,13 @@ class Measurement:
 
     @property
     def holds(self) -> bool | None:
-        """Whether the value is within its bounds; None where there are none."""
+        """Whether the value is within its bounds; None where there are none. No number at all never holds."""
+        if not math.isfinite(self.value):
+            return False
         if self.at_least is None and self.at_most is None:
             return None
         above = self.at_least is None or self.value >= self.at_least
-        return above and (self.at_most is None or self.value <= self.at_most)
+        return bool(above and (self.at_most is None or self.value <= self.at_most))
 
 
 @dataclass(frozen=True)
@@ -70,11 +74,18 @@ class Finding:
     measurements: list[Measurement]
     panels: list[Panel] = field(default_factory=list)
     seconds: float = 0.0
+    check: str = ""
+    """The check that found it, as `gsiirl theory` names it."""
 
     @property
     def holds(self) -> bool:
-        """Whether every bounded measurement is within its bounds."""
-        return all(each.holds is not False for each in self.measurements)
+        """Whether every bounded measurement is within its bounds, and every other one a finite number."""
+        return not self.missed
+
+    @property
+    def missed(self) -> list[Measurement]:
+        """The measurements that are out of their bounds, or no finite number."""
+        return [each for each in self.measurements if each.holds is False]
 
 
 @dataclass(frozen=True)
@@ -84,25 +95,42 @@ class Findings:
     quick: bool
     findings: list[Finding]
     environment: dict[str, str] = field(default_factory=dict)
+    missing: list[str] = field(default_factory=list)
+    """Checks that have not ended, in words: [] unless the call was interrupted."""
+
+    @property
+    def missed(self) -> list[tuple[Finding, Measurement]]:
+        """Every measurement that is out of its bounds, or no finite number."""
+        return [(finding, each) for finding in self.findings for each in finding.missed]
 
     def write(self, folder: Path) -> None:
         """Write `theory.json` into `folder`."""
         write_json(folder / FINDINGS, self.json())
 
-    def encode(self) -> bytes:
-        """The bytes of `theory.json`."""
-        return encode_json(FINDINGS, self.json())
-
     def json(self) -> dict[str, Any]:
-        """The content of `theory.json`; each measurement and finding says whether it `holds`."""
+        """The content of `theory.json`; each measurement and finding says whether it `holds`.
+
+        JSON has no NaN and no infinity: they are written as the texts "nan", "inf" and "-inf".
+        """
         findings = []
         for finding in self.findings:
             content = asdict(finding) | {"holds": finding.holds}
             content["measurements"] = [asdict(each) | {"holds": each.holds} for each in finding.measurements]
-            findings.append(content)
+            findings.append(_numbers_as_json(content))
         return versioned(
-            {"generator": "gsiirl theory", "quick": self.quick, "environment": self.environment, "findings": findings}
+            {
+                "generator": "gsiirl theory",
+                "quick": self.quick,
+                "environment": self.environment,
+                "missing": self.missing,
+                "findings": findings,
+            }
         )
+
+    @staticmethod
+    def is_at(folder: Path) -> bool:
+        """Whether `folder` holds findings, sound or damaged."""
+        return (folder / FINDINGS).exists()
 
     @classmethod
     def read(cls, folder: Path) -> "Findings":
@@ -112,24 +140,56 @@ class Findings:
             InputError: missing, damaged, or of another format.
         """
         path = folder / FINDINGS
-        content = read_versioned_json(path, "run gsiirl theory again")
+        content = read_versioned_json(path, "run gsiirl theory again in another folder")
         try:
             return cls(
                 quick=bool(content["quick"]),
                 findings=[_finding(each) for each in content["findings"]],
-                environment=dict(content["environment"]),
+                environment={str(name): str(value) for name, value in content["environment"].items()},
+                missing=[str(name) for name in content["missing"]],
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise InputError(str(path), f"is damaged ({error!r})", "run gsiirl theory again") from error
+            raise InputError(
+                str(path), f"is damaged ({error!r})", "run gsiirl theory again in another folder"
+            ) from error
 
 
 def _finding(content: dict[str, Any]) -> Finding:
-    values = {name: value for name, value in content.items() if name != "holds"}
-    values["measurements"] = [
-        Measurement(**{name: value for name, value in each.items() if name != "holds"})
-        for each in content["measurements"]
-    ]
+    values: dict[str, Any] = _without_holds(content) | {"seconds": float(content["seconds"])}
+    values["measurements"] = [_measurement(each) for each in content["measurements"]]
     values["panels"] = [
-        Panel(**(each | {"curves": [Curve(**curve) for curve in each["curves"]]})) for each in content["panels"]
+        Panel(**(panel | {"curves": [_curve(each) for each in panel["curves"]]})) for panel in content["panels"]
     ]
     return Finding(**values)
+
+
+def _measurement(content: dict[str, Any]) -> Measurement:
+    values: dict[str, Any] = _without_holds(content) | {"value": float(content["value"])}
+    for name in ("at_least", "at_most"):
+        values[name] = None if content[name] is None else float(content[name])
+    return Measurement(**values)
+
+
+def _curve(content: dict[str, Any]) -> Curve:
+    numbers = {name: [float(value) for value in content[name]] for name in ("x", "y", "spread")}
+    values: dict[str, Any] = content | numbers
+    curve = Curve(**values)
+    if len(curve.x) != len(curve.y) or len(curve.spread) not in (0, len(curve.y)):
+        raise ValueError(f"{curve.name} has {len(curve.x)} x, {len(curve.y)} y, {len(curve.spread)} spread")
+    return curve
+
+
+def _without_holds(content: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in content.items() if name != "holds"}
+
+
+def _numbers_as_json(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {name: _numbers_as_json(value) for name, value in content.items()}
+    if isinstance(content, Sequence) and not isinstance(content, str):
+        return [_numbers_as_json(value) for value in content]
+    if content is None or isinstance(content, str | bool | int):
+        return content
+    # Also NumPy's and JAX's own numbers.
+    number = float(content)
+    return number if math.isfinite(number) else str(number)

@@ -1,0 +1,67 @@
+"""The plan of an ablation, as `ablation.json` holds it: which run folders below it are which variant."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Self
+
+from gsiirl.errors import InputError
+from gsiirl.runs.json_file import read_versioned_json, versioned, write_json
+
+PLAN = "ablation.json"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One set of settings.
+
+    `series` is `ladder`, for a step up from the paper's preset (the first), or `without`, for the default less one
+    change; `description` says what the change is.
+    """
+
+    name: str
+    series: str
+    description: str
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """The run of variant v on graph g is in the folder g/v."""
+
+    graphs: list[str]
+    variants: list[Variant]
+
+    @property
+    def ladder(self) -> list[Variant]:
+        """From the paper's preset to the default."""
+        return [each for each in self.variants if each.series == "ladder"]
+
+    @property
+    def without(self) -> list[Variant]:
+        """The default less one change each, in the ladder's order."""
+        return [each for each in self.variants if each.series == "without"]
+
+    def write(self, folder: Path) -> None:
+        """Write `ablation.json` into `folder`.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_json(folder / PLAN, versioned(asdict(self)))
+        except OSError as error:
+            raise InputError("--out", f"{folder} cannot be written ({error.strerror})", "use another folder") from error
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        """Read `ablation.json` from `folder`.
+
+        Raises:
+            InputError: missing, damaged, or of another format.
+        """
+        path, mend = folder / PLAN, "run gsiirl ablation again"
+        content = read_versioned_json(path, mend)
+        try:
+            return cls([str(graph) for graph in content["graphs"]], [Variant(**each) for each in content["variants"]])
+        except (KeyError, TypeError) as error:
+            raise InputError(str(path), f"is damaged ({error!r})", mend) from error
