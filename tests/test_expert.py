@@ -14,7 +14,7 @@ def test_a_responding_expert_plays_its_soft_best_response():
     played = learner.propose(learner.init(jax.random.key(0))).policies.learner
     answer = respond(problem.game, played, expert.reward, expert.temperature, expert.discount).policy
     np.testing.assert_array_equal(expert.policy(played), answer)
-    reward = learner.bilevel.expert_reward
+    reward = learner.expert_reward
     exact = reward_gradient_expectation(problem.game, reward, Sides(played, answer), 0.95)
     seen = expert.demonstrate(played, 20_000, jax.random.key(1))
     sampled = sampled_reward_gradient(reward, seen, 0.95, exact.dtype)
@@ -29,7 +29,7 @@ def test_a_simulated_expert_plays_the_equilibrium_of_what_it_is_told_and_of_its_
     told = learner.committed_reward(learner.init(jax.random.key(0)))
     expert = SimulatedExpert(problem.game, problem.expert.reward, forward_model, 0.95)
     policies = forward_model.solve(problem.game, Sides(told, problem.expert.reward), 0.95).policies
-    reward = learner.bilevel.expert_reward
+    reward = learner.expert_reward
     exact = reward_gradient_expectation(problem.game, reward, policies, 0.95)
     seen = expert.demonstrate_told(told, 20_000, jax.random.key(1))
     sampled = sampled_reward_gradient(reward, seen, 0.95, exact.dtype)

@@ -71,11 +71,9 @@ def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
     assert stranger.asked == interactions * ITERATIONS * TRAJECTORIES
     # What was learned is told in reward units.
-    scale = problem.learner.bilevel.expert_reward.scale
+    scale = problem.learner.expert_reward.scale
     np.testing.assert_allclose(learned.expert_reward, scale * learned.state.expert_parameters)
-    np.testing.assert_allclose(
-        learned.commitment, problem.learner.bilevel.dependent_reward.scale * learned.state.commitment
-    )
+    np.testing.assert_allclose(learned.commitment, problem.learner.dependent_reward.scale * learned.state.commitment)
     assert bool(learned.solution.converged)
 
 

@@ -136,7 +136,7 @@ def test_the_learner_ends_at_least_where_marl_does_and_finds_the_rewards(problem
     deployed = jnp.stack([judged(jax.tree.map(lambda leaf, k=k: leaf[k], states)) for k in range(SEEDS)])
     assert float(deployed.min()) >= marl - 1e-3 * abs(marl)
     # What was read of r_ld is known exactly, up to the ridge, wherever an attack was seen.
-    fitted = jax.vmap(problem.learner.fitted_dependent_reward)(states) * problem.learner.bilevel.dependent_reward.scale
+    fitted = jax.vmap(problem.learner.fitted_dependent_reward)(states) * problem.learner.dependent_reward.scale
     losses = np.asarray(problem.true_weights["dependent_reward"])[1:4]
     np.testing.assert_allclose(fitted[:, 1:4], np.broadcast_to(losses, (SEEDS, 3)), atol=0.05)
 
@@ -144,7 +144,7 @@ def test_the_learner_ends_at_least_where_marl_does_and_finds_the_rewards(problem
 def test_the_ascent_starts_from_the_better_of_commitment_and_fitted_reward(problem):
     learner = problem.learner
     state = learner.init(jax.random.key(0))
-    true = jnp.asarray(problem.true_weights["dependent_reward"]) / learner.bilevel.dependent_reward.scale
+    true = jnp.asarray(problem.true_weights["dependent_reward"]) / learner.dependent_reward.scale
     worse = -true
     start = eqx.filter_jit(learner._better)
     for commitment, fitted in ((worse, true), (true, worse)):
@@ -192,7 +192,7 @@ def test_the_measured_slope_is_the_change_of_what_the_expert_shows(problem):
     answers = jax.vmap(lambda probe: an_interaction(problem, probe).demonstrations)(probes)
     seen = jax.vmap(measuring._demonstrated)(answers)
     move = probes.commitment[0] - probes.commitment[1]
-    jacobian = measuring._measured(state, Interaction(jnp.zeros(()), answers, answers), key)
+    jacobian = measuring._measured(state, Interaction(measuring.propose(state).policies.learner, answers, answers), key)
     size = move.shape[0]
     np.testing.assert_allclose(jacobian @ move / size, seen[0] - seen[1], atol=1e-12)
 

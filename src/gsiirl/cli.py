@@ -38,14 +38,27 @@ _run.command(
 )
 app.command(_run)
 app.command("gsiirl.experiments.commands:resume", name="resume", help="Go on with an interrupted run.")
+app.command(
+    "gsiirl.experiments.commands:ablation",
+    name="ablation",
+    help="What each change of the default over the paper's preset is worth, on random attack graphs.",
+)
+app.command(
+    "gsiirl.theory.commands:theory",
+    name="theory",
+    help="Measure each lemma and theorem of the paper on small random games.\n\n"
+    "The exit status is 1 when a measurement misses a bound that the claim sets it.",
+)
+
+FOLDERS = "Folders of runs or of gsiirl theory, or folders that hold such."
 
 
 @app.command
 def report(
-    *folders: Annotated[Path, Parameter(name="DIR", metavar="DIR", help="Run folders, or folders of run folders.")],
+    *folders: Annotated[Path, Parameter(name="DIR", metavar="DIR", help=FOLDERS)],
     out: Annotated[Path, Parameter(metavar="DIR", help="Folder for the page, the figures and the tables.")],
 ) -> None:
-    """Tables, figures and one HTML page from finished runs."""
+    """Tables, figures and one HTML page from finished runs and from what `gsiirl theory` measured."""
     if not folders:
         raise InputError("DIR", "no run folder was named", "give the --out folder of at least one run")
     from gsiirl.report import build_report
@@ -73,20 +86,20 @@ def list_known() -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command line and return its exit status: 0, 2 for bad input, 130 when interrupted."""
+    """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
     try:
-        app(sys.argv[1:] if argv is None else list(argv))
+        status = app(sys.argv[1:] if argv is None else list(argv))
     except (InputError, CycloptsError) as error:
         print(f"gsiirl: {error if isinstance(error, InputError) else _as_input_error(error)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt as interruption:
         print(": ".join(["gsiirl", "interrupted", *map(str, interruption.args)]), file=sys.stderr)
         return 130
-    return 0
+    return status if isinstance(status, int) else 0
 
 
 def _run_folders(folders: Iterable[Path]) -> list[Path]:
-    """The run folders named, with those directly below a folder that is none itself; each once."""
+    """The folders of runs and findings named, with those directly below a folder that is none itself; each once."""
     found: dict[Path, None] = {}
     for folder in folders:
         if not folder.is_dir():
@@ -99,7 +112,7 @@ def _run_folders(folders: Iterable[Path]) -> list[Path]:
 
 
 def _is_run(folder: Path) -> bool:
-    return (folder / "config.json").is_file()
+    return any((folder / name).is_file() for name in ("config.json", "theory.json"))
 
 
 def _as_input_error(error: CycloptsError) -> InputError:

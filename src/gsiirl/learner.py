@@ -88,6 +88,16 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     remembered: int = eqx.field(static=True)
     honest_start: bool = eqx.field(static=True)
 
+    @property
+    def expert_reward(self) -> Linear:
+        """The parametric r_e^θ_e."""
+        return self.bilevel.expert_reward
+
+    @property
+    def dependent_reward(self) -> Linear:
+        """The parametric r_ld^θ_l, of the commitment and of the fit alike."""
+        return self.bilevel.dependent_reward
+
     @classmethod
     def create(
         cls,
@@ -190,21 +200,17 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     ) -> "Learned":
         """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned."""
         state = live(self, expert, iterations, trajectories, seed, progress)
-        scale = self.bilevel.dependent_reward.scale
+        scale = self.dependent_reward.scale
         return Learned(
             state=state,
-            expert_reward=self.bilevel.expert_reward.scale * state.expert_parameters,
+            expert_reward=self.expert_reward.scale * state.expert_parameters,
             dependent_reward=scale * self.fitted_dependent_reward(state),
             commitment=scale * state.commitment,
             solution=eqx.filter_jit(self.propose)(state),
         )
 
     def init(self, key: PRNGKeyArray) -> GSIIRLState:
-        game, dependent_reward, expert_reward = (
-            self.bilevel.game,
-            self.bilevel.dependent_reward,
-            self.bilevel.expert_reward,
-        )
+        game, dependent_reward, expert_reward = self.bilevel.game, self.dependent_reward, self.expert_reward
         dtype = game.initial.dtype
         commitment_key, expert_key = jax.random.split(key)
         shape = (game.horizon, game.number_of_states, game.number_of_actions.learner)
