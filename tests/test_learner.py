@@ -11,7 +11,7 @@ from gsiirl.experiments.security import SecurityConfig
 from gsiirl.experiments.security_problem import SecurityProblem, build
 from gsiirl.hypergradients import FiniteDifference, Implicit
 from gsiirl.interaction import interact
-from gsiirl.irl import DependentValue, reward_gradient_expectation
+from gsiirl.irl import reward_gradient_expectation
 from gsiirl.learner import GSIIRL, PROBE, GSIIRLState
 from gsiirl.scenarios import random_network
 from gsiirl.types import Interaction
@@ -205,17 +205,7 @@ def test_games_solved_are_counted(problem):
 
 
 def build_paper(problem: SecurityProblem) -> GSIIRL:
-    bilevel = problem.learner.bilevel
-    return GSIIRL.paper(
-        bilevel.game,
-        own_reward=bilevel.own_reward,
-        dependent_value=DependentValue(bilevel.accessed),
-        dependent_reward=bilevel.dependent_reward,
-        expert_reward=bilevel.expert_reward,
-        temperature=0.4,
-        iterations=ITERATIONS,
-        smoothness=60.0,
-    )
+    return GSIIRL.paper(problem.learner.bilevel, iterations=ITERATIONS, smoothness=60.0)
 
 
 def test_the_papers_preset_takes_the_papers_steps_on_the_newest_demonstrations_alone(problem):

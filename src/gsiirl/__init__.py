@@ -17,8 +17,10 @@ _MODULES = (
     "scenarios",
 )
 _MEMBERS = {
+    "Bilevel": "gsiirl.bilevel",
     "GSIIRL": "gsiirl.learner",
     "RespondingExpert": "gsiirl.expert",
+    "SimulatedExpert": "gsiirl.expert",
 }
 
 __all__ = ["InputError", "__version__", *_MODULES, *_MEMBERS]  # pyright: ignore[reportUnsupportedDunderAll]

@@ -46,7 +46,7 @@ class Bilevel(eqx.Module):
     forward_model: AbstractForwardModel
     temperature: float
     discount: float
-    regularisation: float
+    regularisation: float = 1e-3
     lower_level: LowerLevel = eqx.field(static=True, default="played")
 
     def committed_reward(self, commitment: Float[Array, " n"]) -> AbstractPayoff:

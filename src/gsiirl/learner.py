@@ -12,6 +12,7 @@ For k = 0, …, K − 1:
 with f(θ_l, θ_e) and L as `gsiirl.bilevel` defines them. Two presets: `GSIIRL.create`, the default, and `GSIIRL.paper`.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -22,9 +23,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria.base import AbstractSolution
-from gsiirl.equilibria.logit import Logit
 from gsiirl.expert import SimulatedExpert
-from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit, directional_jacobian
 from gsiirl.interaction import AbstractLearner, Demonstrator, live
@@ -101,15 +100,8 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     @classmethod
     def create(
         cls,
-        game: AbstractTabularGame,
+        bilevel: Bilevel,
         *,
-        own_reward: AbstractPayoff,
-        dependent_value: DependentValue,
-        dependent_reward: Linear,
-        expert_reward: Linear,
-        temperature: float,
-        discount: float = 0.95,
-        regularisation: float = 1e-3,
         inner_steps: int = 10,
         inner_step_size: float = 0.02,
         step_size: float = 1.0,
@@ -118,73 +110,32 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     ) -> "GSIIRL":
         """The default preset: the policy as played, a memory, the exact gradient, Adam in both levels.
 
-        `own_reward` is r_li, known; `dependent_value` reads r_ld; `dependent_reward` and `expert_reward` are the
-        parametric rewards r_ld^θ_l (of the commitment and of the fit alike) and r_e^θ_e. `temperature` is τ in reward
-        units, the expert's and the forward model's; `regularisation` is λ. The upper level's first step changes rewards
-        by about step_size · τ, and is halved after `step_decay` iterations; the lower level takes `inner_steps` steps
-        of `inner_step_size` in the unit ball.
+        The upper level's first step changes rewards by about step_size · τ, and is halved after `step_decay`
+        iterations; the lower level takes `inner_steps` steps of `inner_step_size` in the unit ball.
         """
-        bilevel = Bilevel(
-            game=game,
-            own_reward=own_reward,
-            accessed=dependent_value.table,
-            dependent_reward=dependent_reward,
-            expert_reward=expert_reward,
-            forward_model=Logit(temperature),
-            temperature=temperature,
-            discount=discount,
-            regularisation=regularisation,
-            lower_level="played",
-        )
         return cls(
-            bilevel=bilevel,
-            inner_loop=MaximumLikelihood(temperature, constant_steps(inner_steps), optax.adam(inner_step_size)),
+            bilevel=replace(bilevel, lower_level="played"),
+            inner_loop=MaximumLikelihood(bilevel.temperature, constant_steps(inner_steps), optax.adam(inner_step_size)),
             hypergradient=Implicit("well_specified"),
-            ridge=regularisation,
+            ridge=bilevel.regularisation,
             optimiser=optax.adam(decaying_step(bilevel, step_size, step_decay)),
             remembered=remembered,
             honest_start=True,
         )
 
     @classmethod
-    def paper(
-        cls,
-        game: AbstractTabularGame,
-        *,
-        own_reward: AbstractPayoff,
-        dependent_value: DependentValue,
-        dependent_reward: Linear,
-        expert_reward: Linear,
-        temperature: float,
-        iterations: int,
-        smoothness: float,
-        discount: float = 0.95,
-        regularisation: float = 1e-3,
-        inner_step_size: float = 0.02,
-    ) -> "GSIIRL":
+    def paper(cls, bilevel: Bilevel, *, iterations: int, smoothness: float, inner_step_size: float = 0.02) -> "GSIIRL":
         """The paper's preset: Algorithm 1 with the paper's schedules, mended only where it cannot run.
 
         Line 6's lower level (the forward model at both estimates), the newest demonstrations only, the response
         `frozen`, SPSA with p_k = 1/(k + 1); t_k = ⌈(k+1)^(1/4)/2⌉ plain steps of `inner_step_size` on τ∇L, and plain
         ascent with α = 1/(L_f √K) for K = `iterations` and L_f = `smoothness`, which the paper does not give.
         """
-        bilevel = Bilevel(
-            game=game,
-            own_reward=own_reward,
-            accessed=dependent_value.table,
-            dependent_reward=dependent_reward,
-            expert_reward=expert_reward,
-            forward_model=Logit(temperature),
-            temperature=temperature,
-            discount=discount,
-            regularisation=regularisation,
-            lower_level="equilibrium",
-        )
         return cls(
-            bilevel=bilevel,
-            inner_loop=MaximumLikelihood(temperature, growing_steps, optax.sgd(inner_step_size)),
+            bilevel=replace(bilevel, lower_level="equilibrium"),
+            inner_loop=MaximumLikelihood(bilevel.temperature, growing_steps, optax.sgd(inner_step_size)),
             hypergradient=SPSA("frozen", perturbation=1.0, decay=1.0),
-            ridge=regularisation,
+            ridge=bilevel.regularisation,
             optimiser=optax.sgd(1.0 / (smoothness * max(iterations, 1) ** 0.5)),
             remembered=1,
             honest_start=False,
