@@ -13,6 +13,7 @@ from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_to_dict
 from gsiirl.experiments.security import SecurityConfig
+from gsiirl.runs import Findings
 
 Message = Callable[[list[str]], str]
 
@@ -69,7 +70,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == __version__
     assert main(["--help"]) == 0
-    assert {"run", "resume", "report", "list"} <= set(capsys.readouterr().out.split())
+    assert {"run", "resume", "theory", "report", "list"} <= set(capsys.readouterr().out.split())
     assert main(["run", "security", "--help"]) == 0
     shown = capsys.readouterr().out
     assert "--graph-seed INT" in shown
@@ -96,7 +97,7 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        ("secruity", "secruity: is no command of `gsiirl`; choose from run, resume, report, list"),
+        ("secruity", "secruity: is no command of `gsiirl`; choose from run, resume, ablation, theory, report, list"),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
         ("run secruity", "secruity: is no command of `gsiirl run`; did you mean security?"),
@@ -127,6 +128,8 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         ("report --out x", "DIR: no run folder was named; give the --out folder of at least one run"),
         ("report x", "--out: is missing; add --out DIR"),
         ("resume", "DIR: is missing; add DIR"),
+        ("theory", "--out: is missing; add --out DIR"),
+        ("theory --quik --out x", "--quik: is no flag of `gsiirl theory`; did you mean --quick?"),
     ],
 )
 def test_bad_input_gets_one_line(command: str, message: str, refused: Message, runner: ModuleType):
@@ -214,12 +217,31 @@ def test_report_refuses_a_folder_without_runs(reports: list[tuple[list[Path], Pa
     assert reports == []
 
 
+def test_report_takes_what_the_theory_measured(reports: list[tuple[list[Path], Path]], tmp_path: Path):
+    run, theory = make_run(tmp_path / "all" / "a"), tmp_path / "all" / "b"
+    Findings(False, []).write(theory)
+    assert main(["report", str(tmp_path / "all"), "--out", "x"]) == 0
+    assert main(["report", str(theory), "--out", "x"]) == 0
+    assert [folders for folders, _ in reports] == [[run, theory], [theory]]
+
+
+def test_theory_refuses_what_is_not_its_own(refused: Message, tmp_path: Path):
+    file = tmp_path / "file"
+    file.write_text("mine")
+    assert refused(["theory", "--out", str(file)]) == f"--out: {file} is a file; use another folder"
+    run = make_run(tmp_path / "run")
+    assert refused(["theory", "--out", str(run)]) == f"--out: {run} holds a run; use a new or empty folder"
+    assert (
+        refused(["theory", "--out", str(tmp_path)]) == f"--out: {tmp_path} holds other files; use a new or empty folder"
+    )
+
+
 def test_list_names_what_is_known(capsys: pytest.CaptureFixture[str]):
     assert main(["list"]) == 0
     known = {line.split()[0]: line.split(maxsplit=1)[1] for line in capsys.readouterr().out.splitlines()}
     assert list(known) == ["experiments", "scenarios", "algorithms", "solvers", "experts"]
     assert known["experiments"] == "security"
-    assert known["algorithms"] == "gsiirl, ma-irl, marl"
+    assert known["algorithms"] == "gsiirl, paper, ma-irl, marl"
     assert "small-linear" in known["scenarios"].split(", ")
 
 

@@ -31,9 +31,9 @@ STANDALONE = {"hypergradients", "scenarios", "runs", "report"}
 
 READERS = {
     "hypergradients": {"bilevel", "learner", "theory", "experiments"},
-    "scenarios": {"games", "rewards", "experiments", "cli"},
+    "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
     "runs": {"report", "theory", "experiments", "cli"},
-    "report": {"experiments", "cli"},
+    "report": {"theory", "experiments", "cli"},
 }
 """Who may import a standalone part."""
 
@@ -42,9 +42,13 @@ EVERYWHERE = {"errors", "_version"}
 WITHOUT_JAX = {"__init__", "__main__", "_version", "cli", "errors", "report", "runs", "scenarios"}
 WITHOUT_JAX_MODULES = {
     "gsiirl.experiments",
+    "gsiirl.experiments.ablation",
     "gsiirl.experiments.commands",
     "gsiirl.experiments.config",
     "gsiirl.experiments.security",
+    "gsiirl.theory",
+    "gsiirl.theory.commands",
+    "gsiirl.theory.folder",
 }
 
 
@@ -122,6 +126,7 @@ def test_a_forbidden_import_is_seen():
         "from gsiirl.cli import main; main(['--help'])",
         "from gsiirl.cli import main; main(['run', 'security', '--help'])",
         "from gsiirl.cli import main; main(['list'])",
+        "from gsiirl.cli import main; main(['theory', '--help'])",
     ],
 )
 def test_jax_is_not_loaded(code: str):
@@ -130,10 +135,11 @@ def test_jax_is_not_loaded(code: str):
     assert (finished.returncode, finished.stderr) == (0, "")
 
 
-def test_help_loads_nothing_heavy():
+@pytest.mark.parametrize("command", [["--help"], ["theory", "--help"]])
+def test_help_loads_nothing_heavy(command: list[str]):
     check = (
         "import sys; sys.exit(', '.join({'pydantic', 'polars', 'matplotlib', 'networkx', 'numpy'} & {*sys.modules}))"
     )
-    code = f"from gsiirl.cli import main; main(['--help']); {check}"
+    code = f"from gsiirl.cli import main; main({command}); {check}"
     finished = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert finished.stderr.strip() == ""

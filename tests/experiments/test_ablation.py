@@ -53,7 +53,12 @@ def run(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 def test_every_variant_runs_on_every_graph_and_again_is_gone_on_with(run, tmp_path):
     run_ablation(BASE, [1, 4], tmp_path)
     plan = Ablation.read(tmp_path)
-    expected = [tmp_path / graph / each.name for graph in ("graph-1", "graph-4") for each in plan.variants]
+    expected = [
+        tmp_path / graph / each.name
+        for series in (plan.ladder, plan.without)
+        for graph in ("graph-1", "graph-4")
+        for each in series
+    ]
     assert run == expected
     assert RunFolder.open(tmp_path / "graph-4" / "played").config["graph_seed"] == 4
     run_ablation(BASE, [1, 4], tmp_path)

@@ -74,10 +74,13 @@ def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path) -> 
     from gsiirl.experiments import runner
 
     ablation = Ablation(graphs=[f"graph-{seed}" for seed in graph_seeds], variants=[each for each, _ in variants()])
+    # The ladder on all graphs comes first: it is what one wants to see.
     planned = [
         (out / graph / variant.name, load_config({**base, **fields, "graph_seed": seed}))
+        for series in ("ladder", "without")
         for seed, graph in zip(graph_seeds, ablation.graphs, strict=True)
         for variant, fields in variants()
+        if variant.series == series
     ]
     for folder, config in planned:
         if RunFolder.is_at(folder):

@@ -1,4 +1,4 @@
-"""From run folders to a report folder."""
+"""From folders of runs and of findings to a report folder."""
 
 import json
 from dataclasses import dataclass
@@ -13,8 +13,9 @@ from gsiirl.report.group import group_runs
 from gsiirl.report.page import GENERATOR, Section, render_markdown, render_page
 from gsiirl.report.quality_table import judge
 from gsiirl.report.run import ReportedRun
+from gsiirl.report.theory_part import TheoryPart
 from gsiirl.report.verdict import verdicts
-from gsiirl.runs import RunFolder
+from gsiirl.runs import Findings, RunFolder
 from gsiirl.runs.atomic import write_atomically
 from gsiirl.runs.json_file import encode_json, versioned
 
@@ -32,30 +33,33 @@ class ReportFiles:
 
 
 def build_report(run_paths: list[Path], out: Path) -> ReportFiles:
-    """Compare runs: write `index.html`, `table.md`, `table.json` and `figures/` under `out`.
+    """Compare runs, show findings: write `index.html`, `table.md`, `table.json` and `figures/` under `out`.
 
     An earlier report in `out` is overwritten, any other file left alone.
 
     Raises:
-        InputError: no runs, a folder that is no run, or an `out` that belongs to something else; nothing is written.
+        InputError: no folder, one that holds neither a run nor findings, or an `out` that belongs to something else;
+            nothing is written.
     """
     if not run_paths:
         raise InputError("runs", "no run folder is given", "name at least one")
-    groups = group_runs([ReportedRun.read(path) for path in _distinct(run_paths)])
+    paths = _distinct(run_paths)
+    groups = group_runs([ReportedRun.read(path) for path in paths if not Findings.is_at(path)])
+    measured = [_measured(path) for path in paths if Findings.is_at(path)]
     _refuse_run_folder(out)
     with figure_style():
         sections = [
             Section(group, verdicts(group), compare(group), judge(group), draw_figures(group)) for group in groups
         ]
-    contents = {
-        f"figures/{figure.name}.{ending}": content
-        for section in sections
-        for figure in section.figures
-        for ending, content in (("png", figure.picture.png), ("svg", figure.picture.svg))
-    }
-    contents[MARKDOWN] = render_markdown(sections).encode()
-    contents[PAGE] = render_page(sections).encode()
-    table = encode_json(TABLE, _table(sections, [TABLE, *contents]))
+    theories = [
+        TheoryPart.of(findings, f"theory-{number}", f"theory-{number}-")
+        for number, findings in enumerate(measured, start=1)
+    ]
+    parts: list[Section | TheoryPart] = [*sections, *theories]
+    contents = {name: content for part in parts for figure in part.figures for name, content in figure.files.items()}
+    contents[MARKDOWN] = render_markdown(sections, theories).encode()
+    contents[PAGE] = render_page(sections, theories).encode()
+    table = encode_json(TABLE, _table(sections, measured, [TABLE, *contents]))
     _refuse_foreign_files(out, [TABLE, *contents])
     try:
         # First what lists the files: a report cut short can then be told from files of the user's.
@@ -67,7 +71,14 @@ def build_report(run_paths: list[Path], out: Path) -> ReportFiles:
     return ReportFiles(out / PAGE, out / MARKDOWN, out / TABLE, figures)
 
 
-def _table(sections: list[Section], files: list[str]) -> dict[str, Any]:
+def _measured(path: Path) -> Findings:
+    findings = Findings.read(path)
+    if not findings.findings:
+        raise InputError(str(path), "has no finished check yet", f"use gsiirl theory --out {path} first")
+    return findings
+
+
+def _table(sections: list[Section], measured: list[Findings], files: list[str]) -> dict[str, Any]:
     groups = [
         {
             "experiment": section.group.experiment,
@@ -79,7 +90,15 @@ def _table(sections: list[Section], files: list[str]) -> dict[str, Any]:
         }
         for section in sections
     ]
-    return versioned({"generator": GENERATOR, "files": files, "notes": [RETURNS_NOTE, PAPER_NOTE], "groups": groups})
+    return versioned(
+        {
+            "generator": GENERATOR,
+            "files": files,
+            "notes": [RETURNS_NOTE, PAPER_NOTE],
+            "groups": groups,
+            "theory": [findings.json() for findings in measured],
+        }
+    )
 
 
 def _distinct(paths: list[Path]) -> list[Path]:
@@ -88,8 +107,11 @@ def _distinct(paths: list[Path]) -> list[Path]:
 
 def _refuse_run_folder(out: Path) -> None:
     for folder in (out.resolve(), *out.resolve().parents):
-        if RunFolder.is_at(folder):
-            raise InputError("--out", f"{out} is in the run folder {folder}", "use another folder for the report")
+        for kind, found in (("run", RunFolder.is_at(folder)), ("theory", Findings.is_at(folder))):
+            if found:
+                raise InputError(
+                    "--out", f"{out} is in the {kind} folder {folder}", "use another folder for the report"
+                )
 
 
 def _refuse_foreign_files(out: Path, files: list[str]) -> None:

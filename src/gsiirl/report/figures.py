@@ -5,7 +5,7 @@ from gsiirl.report.attack_graph import AttackGraph
 from gsiirl.report.attack_graph_figure import draw_attack_graph
 from gsiirl.report.figure_style import picture
 from gsiirl.report.group import GameGroup
-from gsiirl.report.page import PageFigure
+from gsiirl.report.page_figure import PageFigure
 from gsiirl.report.recovery_figure import draw_recovery
 from gsiirl.report.returns_figure import draw_returns
 from gsiirl.report.run import ReportedRun
