@@ -156,7 +156,9 @@ def one_update(learner: GSIIRL, state: GSIIRLState, interaction: Interaction) ->
     return eqx.filter_jit(learner.update)(state, interaction, jax.random.key(7))
 
 
-@pytest.mark.parametrize(("lower_level", "response"), [("equilibrium", "frozen"), ("played", "measured")])
+@pytest.mark.parametrize(
+    ("lower_level", "response"), [("equilibrium", "frozen"), pytest.param("played", "measured", marks=pytest.mark.slow)]
+)
 def test_exact_estimators_lead_to_the_same_state(problem, lower_level, response):
     bilevel = dataclasses.replace(problem.learner.bilevel, lower_level=lower_level)
     after = []
@@ -198,10 +200,11 @@ def test_the_measured_slope_is_the_change_of_what_the_expert_shows(problem):
 
 
 def test_games_solved_are_counted(problem):
-    paper = build_paper(problem)
-    for learner, expected in ((problem.learner, 1 + 2 + 2), (paper, 1 + 1 + 5)):
-        state = learner.init(jax.random.key(0))
-        assert int(one_update(learner, state, an_interaction(problem, state)).solves) == expected
+    for learner, evaluations, expected in ((problem.learner, 2, 1 + 2 + 2), (build_paper(problem), 5, 1 + 1 + 5)):
+        assert int(learner._solves(jnp.asarray(0), jnp.asarray(evaluations))) == expected
+    measuring = dataclasses.replace(problem.learner, hypergradient=Implicit("measured"))
+    # Three proposals, the two honest starts, and two solves in each evaluation with the policy as played.
+    assert int(measuring._solves(jnp.asarray(0), jnp.asarray(4))) == 3 + 2 + 8
 
 
 def build_paper(problem: SecurityProblem) -> GSIIRL:

@@ -10,6 +10,7 @@ from gsiirl.report.ablation_results import AblationResults, Effect, VariantResul
 from gsiirl.report.figure_style import figure_style, picture
 from gsiirl.report.page_figure import PageFigure
 from gsiirl.report.rendering import render
+from gsiirl.runs import Variant
 from gsiirl.runs.atomic import write_atomically
 
 PAGE, MARKDOWN = "index.html", "ablation.md"
@@ -59,15 +60,12 @@ def write_ablation_page(folder: Path) -> Path:
             "ablation",
             "Where each variant ends",
             "Points are means over seeds, bars their 95 % intervals. The higher, the better: above the dashed line the "
-            "learner earns more than MARL, which is given both true rewards. Left, from the paper's preset to the "
-            "default, each change on top of those before it; right, the default with one change taken back.",
+            "learner earns more than MARL, which is given both true rewards. From the paper's preset on the left to "
+            "the default on the right, each change on top of those before it.",
             "Deployed return of the learner less MARL's, by variant and graph",
             picture(draw_ablation(results)),
         )
-    rows = {
-        "ladder": [_row(results, each.name, each.description, results.effects_up(each)) for each in plan.ladder],
-        "without": [_row(results, each.name, each.description, results.effects_without(each)) for each in plan.without],
-    }
+    rows = [_row(results, each) for each in plan.variants]
     marl = [results.results[graph, plan.variants[0].name].marl for graph in plan.graphs]
     values = {"graphs": plan.graphs, "rows": rows, "marl": marl, "figure": figure}
     contents = {
@@ -83,5 +81,6 @@ def write_ablation_page(folder: Path) -> Path:
     return folder / PAGE
 
 
-def _row(results: AblationResults, name: str, description: str, effects: list[Effect]) -> AblationRow:
-    return AblationRow(name, description, [results.results[graph, name] for graph in results.plan.graphs], effects)
+def _row(results: AblationResults, variant: Variant) -> AblationRow:
+    cells = [results.results[graph, variant.name] for graph in results.plan.graphs]
+    return AblationRow(variant.name, variant.description, cells, results.effects(variant))

@@ -69,17 +69,12 @@ class AblationResults:
         }
         return cls(plan, results)
 
-    def effects_up(self, variant: Variant) -> list[Effect]:
-        """What a step of the ladder brought over the one below it; none for the first."""
-        ladder = self.plan.ladder
-        place = ladder.index(variant)
-        return [] if place == 0 else self._effects(ladder[place - 1].name, variant.name)
-
-    def effects_without(self, variant: Variant) -> list[Effect]:
-        """What the default has over itself without one change."""
-        return self._effects(variant.name, self.plan.ladder[-1].name)
-
-    def _effects(self, before: str, after: str) -> list[Effect]:
+    def effects(self, variant: Variant) -> list[Effect]:
+        """What a change brought over the variant before it; none for the first."""
+        place = self.plan.variants.index(variant)
+        if place == 0:
+            return []
+        before, after = self.plan.variants[place - 1].name, variant.name
         return [
             Effect(graph, Estimate.over(self.results[graph, after].deployed - self.results[graph, before].deployed))
             for graph in self.plan.graphs

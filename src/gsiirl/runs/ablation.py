@@ -12,33 +12,18 @@ PLAN = "ablation.json"
 
 @dataclass(frozen=True)
 class Variant:
-    """One set of settings.
-
-    `series` is `ladder`, for a step up from the paper's preset (the first), or `without`, for the default less one
-    change; `description` says what the change is.
-    """
+    """One set of settings; `description` says what it changes over the one before."""
 
     name: str
-    series: str
     description: str
 
 
 @dataclass(frozen=True)
 class Ablation:
-    """The run of variant v on graph g is in the folder g/v."""
+    """Variants in the order of the changes; the run of variant v on graph g is in the folder g/v."""
 
     graphs: list[str]
     variants: list[Variant]
-
-    @property
-    def ladder(self) -> list[Variant]:
-        """From the paper's preset to the default."""
-        return [each for each in self.variants if each.series == "ladder"]
-
-    @property
-    def without(self) -> list[Variant]:
-        """The default less one change each, in the ladder's order."""
-        return [each for each in self.variants if each.series == "without"]
 
     def write(self, folder: Path) -> None:
         """Write `ablation.json` into `folder`.
