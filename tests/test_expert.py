@@ -3,7 +3,7 @@ import numpy as np
 from problems import tiny_problem
 
 from gsiirl.equilibria.response import respond
-from gsiirl.expert import SimulatedExpert
+from gsiirl.expert import RespondingExpert, SimulatedExpert
 from gsiirl.irl.expectations import reward_gradient_expectation, sampled_reward_gradient
 from gsiirl.types import Sides
 
@@ -11,6 +11,7 @@ from gsiirl.types import Sides
 def test_a_responding_expert_plays_its_soft_best_response():
     problem = tiny_problem()
     learner, expert = problem.learner, problem.expert
+    assert isinstance(expert, RespondingExpert)
     played = learner.propose(learner.init(jax.random.key(0))).policies.learner
     answer = respond(problem.game, played, expert.reward, expert.temperature, expert.discount).policy
     np.testing.assert_array_equal(expert.policy(played), answer)

@@ -9,6 +9,7 @@ import pytest
 
 from gsiirl.experiments.security import SecurityConfig
 from gsiirl.experiments.security_problem import SecurityProblem, build
+from gsiirl.expert import RespondingExpert
 from gsiirl.hypergradients import FiniteDifference, Implicit
 from gsiirl.interaction import interact
 from gsiirl.irl import reward_gradient_expectation
@@ -66,6 +67,7 @@ def numbers_in(tree: object) -> set[float]:
 
 
 def an_interaction(problem: SecurityProblem, state: GSIIRLState) -> Interaction:
+    assert isinstance(problem.expert, RespondingExpert)
     played = problem.learner.propose(state).policies.learner
     return Interaction(played, problem.expert.demonstrate(played, TRAJECTORIES, jax.random.key(5)))
 
@@ -213,10 +215,10 @@ def build_paper(problem: SecurityProblem) -> GSIIRL:
 
 def test_the_papers_preset_takes_the_papers_steps_on_the_newest_demonstrations_alone(problem):
     paper = build_paper(problem)
-    state = paper.init(jax.random.key(0))
-    for _ in range(2):
-        before, interaction = state, an_interaction(problem, state)
-        state = one_update(paper, before, interaction)
+    first = paper.init(jax.random.key(0))
+    before = one_update(paper, first, an_interaction(problem, first))
+    interaction = an_interaction(problem, before)
+    state = one_update(paper, before, interaction)
     bilevel = paper.bilevel
     seen = paper._demonstrated(interaction.demonstrations)
     # Line 6, one step: μ_e under the forward model at both estimates, against the newest demonstrations.

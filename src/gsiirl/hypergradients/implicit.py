@@ -48,5 +48,5 @@ class Implicit(AbstractEstimator[None]):
         )
         passes = expert_parameters.shape[0] + 2
         return with_response(
-            through_learner, mixed_product, solved, constraint, evaluations=2, derivatives=passes
+            through_learner, mixed_product, solved, constraint, evaluations=3, derivatives=passes
         ), None
