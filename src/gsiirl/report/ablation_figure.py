@@ -46,5 +46,5 @@ def draw_ablation(results: AblationResults) -> Figure:
         color=FAINT_COLOUR,
         fontsize=9,
     )
-    axes.legend(loc="upper left", ncols=2)
+    axes.legend(loc="lower right", ncols=3)
     return figure
