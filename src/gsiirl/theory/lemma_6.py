@@ -1,0 +1,332 @@
+"""Lemma 6: bias and variance of simultaneous perturbation against the perturbation p, for every factor of ∇f.
+
+The bias is O(p²). With f and μ_e estimated from d sampled episodes, the variance of a difference is that of the
+samples over 2p²: it grows as 1/p² unless both sides share their random numbers.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Key
+
+from gsiirl.games.rollout import rollout
+from gsiirl.hypergradients.problem import BilevelProblem
+from gsiirl.hypergradients.spsa import SPSA, Factors
+from gsiirl.irl.expectations import sampled_reward_gradient
+from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
+from gsiirl.theory.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem
+
+SIZE = SIZES[0]
+EPISODES = 50
+NORM = 0.7
+"""‖θ_l‖ and ‖θ_e‖."""
+NAMES = {
+    "learner_gradient": "∇_{θ_l} f",
+    "expert_gradient": "∇_{θ_e} f",
+    "hessian": "H, likelihood part",
+    "mixed": "M",
+}
+ITERATION = 100
+"""The outer iteration at which schedules are compared."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A random game with the (θ_l, θ_e) at which its factors are estimated."""
+
+    game: RandomProblem
+    learner_parameters: Float[Array, " n"]
+    expert_parameters: Float[Array, " m"]
+
+    @classmethod
+    def draw(cls, seed: int) -> "Point":
+        """Game `seed` of the first size, and a random point."""
+        random = np.random.default_rng((seed, 6))
+        learner, expert = (
+            jnp.asarray(NORM * direction / np.linalg.norm(direction))
+            for direction in (random.normal(size=SIZE.learner_parameters), random.normal(size=SIZE.expert_parameters))
+        )
+        return cls(RandomProblem.draw(seed, SIZE), learner, expert)
+
+    @property
+    def arrays(self) -> tuple[RandomProblem, Float[Array, " n"], Float[Array, " m"]]:
+        """Everything."""
+        return self.game, self.learner_parameters, self.expert_parameters
+
+
+# --- exact evaluations -----------------------------------------------------------------------------------------------
+
+
+def exact_problem(game: RandomProblem) -> BilevelProblem:
+    """Both levels with exact expectations, the lower one as in the paper's line 6; differences do not see D."""
+    return game.bilevel(0.0, "equilibrium").problem(
+        jnp.zeros_like(game.true_parameters), jnp.zeros_like(game.true_parameters)
+    )
+
+
+@jax.jit
+def exact_factors(
+    game: RandomProblem, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]
+) -> Factors:
+    """What SPSA estimates, by automatic differentiation; of H the symmetric part."""
+    problem, size = exact_problem(game), learner_parameters.shape[0]
+    objective, gradient = jax.jacfwd(lambda both: problem.evaluate(both[:size], both[size:]))(
+        jnp.concatenate([learner_parameters, expert_parameters])
+    )
+    hessian = gradient[:, size:]
+    return Factors(
+        learner_gradient=objective[None, :size],
+        expert_gradient=objective[None, size:],
+        hessian=0.5 * (hessian + hessian.T)[None],
+        mixed=gradient[None, :, :size],
+        lower_gradient=jnp.zeros_like(expert_parameters),
+    )
+
+
+@jax.jit
+def all_estimates(
+    game: RandomProblem,
+    learner_parameters: Float[Array, " n"],
+    expert_parameters: Float[Array, " m"],
+    reach: Float[Array, ""],
+) -> Factors:
+    """SPSA's estimates for every vector of signs Δ, equally often each: their mean is the expectation, exactly.
+
+    One draw of SPSA is made in coordinates whose signs are flipped in all ways: wherever it goes, every Δ occurs.
+    """
+    problem = exact_problem(game)
+    learner_signs, expert_signs = all_signs(learner_parameters.shape[0]), all_signs(expert_parameters.shape[0])
+    number = max(len(learner_signs), len(expert_signs))
+
+    def estimate(learner_sign: Array, expert_sign: Array) -> Factors:
+        def evaluate(learner: Array, expert: Array) -> tuple[Array, Array]:
+            objective, gradient = problem.evaluate(learner_sign * learner, expert_sign * expert)
+            return objective, expert_sign * gradient
+
+        flipped = SPSA("frozen").factors(
+            BilevelProblem(evaluate=evaluate, regularisation=0.0),
+            learner_sign * learner_parameters,
+            expert_sign * expert_parameters,
+            jax.random.key(0),
+            reach,
+        )
+        return Factors(
+            learner_gradient=flipped.learner_gradient * learner_sign[None, :],
+            expert_gradient=flipped.expert_gradient * expert_sign[None, :],
+            hessian=flipped.hessian * jnp.outer(expert_sign, expert_sign)[None],
+            mixed=flipped.mixed * jnp.outer(expert_sign, learner_sign)[None],
+            lower_gradient=flipped.lower_gradient,
+        )
+
+    several = jax.vmap(estimate)(
+        jnp.asarray(np.tile(learner_signs, (number // len(learner_signs), 1))),
+        jnp.asarray(np.tile(expert_signs, (number // len(expert_signs), 1))),
+    )
+    return jax.tree.map(lambda leaf: leaf[:, 0], several)
+
+
+def all_signs(size: int) -> Float[np.ndarray, "k {size}"]:
+    """All 2^size vectors of ±1."""
+    bits = np.arange(2**size)[:, None] >> np.arange(size)[None, :]
+    return 1.0 - 2.0 * (bits & 1)
+
+
+# --- sampled evaluations ---------------------------------------------------------------------------------------------
+
+
+@jax.jit
+def sampled_estimates(
+    game: RandomProblem,
+    learner_parameters: Float[Array, " n"],
+    expert_parameters: Float[Array, " m"],
+    reach: Float[Array, ""],
+    keys: Key[Array, " N"],
+    common: Float[Array, ""],
+) -> Factors:
+    """One SPSA estimate a key from sampled episodes; `common` = 1 shares random numbers among all evaluations."""
+    bilevel = game.bilevel(0.0, "equilibrium")
+    rewards = game.accessed + game.own_reward
+
+    def estimate(key: Array) -> Factors:
+        direction_key, sample_key = jax.random.split(key)
+
+        def evaluate(learner: Array, expert: Array) -> tuple[Array, Array]:
+            policies = bilevel.solve(learner, expert).policies
+            # The same point is evaluated once only: numbers of its own make it independent of all other points.
+            own_key = jax.random.fold_in(sample_key, jnp.where(common > 0.0, 0, point_number(learner, expert)))
+            episodes = jax.vmap(lambda each: rollout(each, game.game, policies))(jax.random.split(own_key, EPISODES))
+            weights = DISCOUNT ** jnp.arange(game.game.horizon, dtype=learner.dtype)
+            met = rewards[episodes.states, episodes.actions.learner, episodes.actions.expert]
+            features = sampled_reward_gradient(bilevel.expert_reward, episodes, DISCOUNT, learner.dtype)
+            return jnp.mean(met @ weights), features / TEMPERATURE
+
+        problem = BilevelProblem(evaluate=evaluate, regularisation=0.0)
+        return SPSA("frozen").factors(problem, learner_parameters, expert_parameters, direction_key, reach)
+
+    return jax.tree.map(lambda leaf: leaf[:, 0], jax.vmap(estimate)(keys))
+
+
+def point_number(learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Array:
+    """A number that two points share by accident only: their bits, mixed."""
+    both = jnp.concatenate([learner_parameters, expert_parameters])
+    bits = jax.lax.bitcast_convert_type(both, jnp.uint32).ravel()
+    # Knuth's multiplicative hash, with another odd factor for each word; sums wrap around.
+    factors = jnp.uint32(2654435761) * (2 * jnp.arange(bits.shape[0], dtype=jnp.uint32) + jnp.uint32(1))
+    mixed = jnp.sum(bits * factors, dtype=jnp.uint32)
+    return mixed ^ (mixed >> jnp.uint32(15))
+
+
+# --- the check -------------------------------------------------------------------------------------------------------
+
+
+def biases(point: Point, reaches: Sequence[float]) -> dict[str, Float[np.ndarray, " k"]]:
+    """‖E[estimate] − exact‖ / ‖exact‖ of every factor, for each p."""
+    exact = exact_factors(*point.arrays)
+    found: dict[str, list[float]] = {name: [] for name in NAMES}
+    for reach in reaches:
+        estimates = all_estimates(*point.arrays, jnp.asarray(reach))
+        for name in NAMES:
+            truth = np.asarray(getattr(exact, name))[0]
+            mean = np.asarray(getattr(estimates, name)).mean(axis=0)
+            found[name].append(float(np.linalg.norm(mean - truth) / np.linalg.norm(truth)))
+    return {name: np.asarray(values) for name, values in found.items()}
+
+
+def variances(estimates: Callable[[Array], Factors], reaches: Sequence[float]) -> dict[str, Float[np.ndarray, " k"]]:
+    """E‖estimate − E[estimate]‖² of every factor, for each p."""
+    found: dict[str, list[float]] = {name: [] for name in NAMES}
+    for reach in reaches:
+        drawn = estimates(jnp.asarray(reach))
+        for name in NAMES:
+            values = np.asarray(getattr(drawn, name))
+            found[name].append(float(values.reshape(len(values), -1).var(axis=0).sum()))
+    return {name: np.asarray(values) for name, values in found.items()}
+
+
+def slope(x: Sequence[float], y: Float[np.ndarray, " k"]) -> float:
+    """Of ln y over ln x, by least squares."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def check(quick: bool) -> Finding:
+    """Bias by enumerating all Δ, variance by sampling."""
+    points = [Point.draw(seed) for seed in range(2 if quick else 6)]
+    for_bias = [0.01, 0.02, 0.04] if quick else [0.01, 0.014, 0.02, 0.028, 0.04]
+    small = [0.002, 0.006, 0.02] if quick else [0.002, 0.0036, 0.0063, 0.011, 0.02]
+    for_variance = [*small, 0.06, 0.2, 0.5]
+    number = 60 if quick else 400
+    keys = jax.random.split(jax.random.key(0), number)
+
+    bias = [biases(point, [*for_bias, 0.2]) for point in points]
+    slopes = {name: [slope(for_bias, each[name][: len(for_bias)]) for each in bias] for name in NAMES}
+
+    point = points[0]
+
+    def sampled(common: float) -> Callable[[Array], Factors]:
+        return lambda reach: sampled_estimates(*point.arrays, reach, keys, jnp.asarray(common))
+
+    independent, shared = (variances(sampled(common), for_variance) for common in (0.0, 1.0))
+    exact = variances(lambda reach: all_estimates(*point.arrays, reach), for_variance)
+    schedules = {
+        "the paper's p = 1/(k + 1)": 1.0 / (ITERATION + 1.0),
+        "p = 0.05/(k + 1)^0.101": 0.05 / (ITERATION + 1.0) ** 0.101,
+    }
+    size = float(jnp.linalg.norm(exact_factors(*point.arrays).learner_gradient))
+    noise = {
+        (schedule, numbers): float(variances(sampled(common), [reach])["learner_gradient"][0] ** 0.5) / size
+        for schedule, reach in schedules.items()
+        for numbers, common in (("independent random", 0.0), ("common random", 1.0))
+    }
+
+    measurements = [
+        *(
+            Measurement(f"slope of the bias of {NAMES[name]}, {word} over games", value, at_least=1.9, at_most=2.1)
+            for name, values in slopes.items()
+            for word, value in (("smallest", min(values)), ("largest", max(values)))
+        ),
+        *(
+            Measurement(
+                f"slope of the variance of {NAMES[name]} for p ≤ {small[-1]:g}, independent samples",
+                slope(small, independent[name][: len(small)]),
+                at_least=-2.3,
+                at_most=-1.7,
+            )
+            for name in NAMES
+        ),
+        *(
+            Measurement(
+                f"slope of the variance of {NAMES[name]} for p ≤ {small[-1]:g}, common random numbers",
+                slope(small, shared[name][: len(small)]),
+            )
+            for name in NAMES
+        ),
+        Measurement(
+            f"variance of ∇_{{θ_l}} f with exact evaluations at p = {small[0]:g} over that at p = {small[-1]:g}",
+            float(exact["learner_gradient"][0] / exact["learner_gradient"][len(small) - 1]),
+            at_least=0.9,
+            at_most=1.1,
+        ),
+        Measurement(
+            f"variance of ∇_{{θ_l}} f at p = {small[0]:g}, independent over common random numbers",
+            float(independent["learner_gradient"][0] / shared["learner_gradient"][0]),
+        ),
+        *(
+            Measurement(
+                f"standard deviation of ∇_{{θ_l}} f over its norm, k = {ITERATION}, {schedule}, {numbers} numbers",
+                value,
+            )
+            for (schedule, numbers), value in noise.items()
+        ),
+        Measurement(
+            "the same with exact evaluations: the direction alone",
+            float(exact["learner_gradient"][0] ** 0.5) / size,
+        ),
+    ]
+    return Finding(
+        key="lemma-6",
+        title="Simultaneous perturbation: bias and variance",
+        claim=(
+            "The bias of every factor of ∇f is O(p²). Where f and μ_e are estimated from sampled episodes, the "
+            "variance grows as 1/p² with independent samples; with exact evaluations it does not depend on small p."
+        ),
+        printed="The paper takes p = 1/k and bounds the bias alone, as if every evaluation were exact.",
+        reading=(
+            f"Logit equilibrium, n = {SIZE.learner_parameters}, m = {SIZE.expert_parameters}. Bias: norm of the exact "
+            "expectation, over all vectors of signs, less the derivative, relative to it; medians over "
+            f"{len(points)} games. Variance: trace of the covariance of one estimate of ∇_{{θ_l}} f in one game, from "
+            f"{number} estimates with {EPISODES} episodes an evaluation. With p = 1/k and independent samples the "
+            "variance of iteration k grows as k² while the step, of size 1/√K throughout, does not fall: at k = "
+            f"{ITERATION} the bias that a smaller p saves is far below the noise that it adds. Common random numbers "
+            "gain about one power of p and not two, because an action changes by a jump, if seldom."
+        ),
+        measurements=measurements,
+        panels=[
+            _bias_panel([*for_bias, 0.2], bias),
+            Panel(
+                "Variance of the estimate of ∇_{θ_l} f",
+                "perturbation p",
+                "trace of the covariance",
+                [
+                    Curve("independent samples", for_variance, independent["learner_gradient"].tolist()),
+                    Curve("common random numbers", for_variance, shared["learner_gradient"].tolist()),
+                    Curve("exact evaluations", for_variance, exact["learner_gradient"].tolist()),
+                    _guide("slope -2", for_variance, float(independent["learner_gradient"][0]), -2.0),
+                ],
+            ),
+        ],
+    )
+
+
+def _bias_panel(reaches: list[float], bias: list[dict[str, Float[np.ndarray, " k"]]]) -> Panel:
+    medians = {name: np.median([each[name] for each in bias], axis=0) for name in NAMES}
+    curves = [Curve(NAMES[name], reaches, values.tolist()) for name, values in medians.items()]
+    curves.append(_guide("slope 2", reaches, float(medians["mixed"][0]), 2.0))
+    return Panel("Bias of one estimate", "perturbation p", "relative bias", curves)
+
+
+def _guide(name: str, reaches: list[float], start: float, exponent: float) -> Curve:
+    ends = [reaches[0], reaches[-1]]
+    return Curve(name, ends, [start, start * (ends[1] / ends[0]) ** exponent], role="guide")

@@ -1,0 +1,91 @@
+"""The check of Lemma 2 on games small enough for tests, under the model that compiles fast."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from gsiirl.theory import lemma_2
+from gsiirl.theory.games import Size
+from gsiirl.theory.lemma_2 import ESTIMATORS, IMPLICIT, Case, Measured
+
+SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
+
+
+def case(**settings) -> Case:
+    return Case.draw(0, SIZE, forward_model="soft_joint", **settings)
+
+
+@pytest.fixture(scope="module")
+def inside() -> Measured:
+    return Measured(case())
+
+
+@pytest.fixture(scope="module")
+def sphere() -> Measured:
+    return Measured(case(true_norm=2.5, regularisation=1e-3))
+
+
+def test_brute_force_differentiates_what_is_solved_anew(inside):
+    at = inside.case
+    solve = jax.jit(
+        lambda theta: lemma_2.solved_anew(at.game, theta, at.believed, jnp.asarray(at.regularisation), at.lower_level)
+    )
+    step = 1e-4
+    direction = jnp.asarray([0.6, -0.3, 0.7])
+    forth, back = (solve(at.commitment + sign * step * direction) for sign in (1.0, -1.0))
+    assert (forth[0] - back[0]) / (2.0 * step) == pytest.approx(float(inside.brute.gradient @ direction), rel=1e-6)
+    moved = (forth[1].parameters - back[1].parameters) / (2.0 * step)
+    assert np.allclose(moved, inside.brute.response @ direction, rtol=1e-5, atol=1e-9)
+
+
+def test_lemma_2_is_the_derivative_inside_and_on_the_sphere(inside, sphere):
+    assert not inside.brute.lower.active
+    assert sphere.brute.lower.active
+    for at in (inside, sphere):
+        assert at.brute.lower.residual <= 1e-12
+        for estimator in ESTIMATORS.values():
+            assert at.error(at.estimate(estimator).value) <= 1e-5
+        assert at.response_error() <= 1e-4
+        # The bound above means something only where the response is felt.
+        assert at.error(at.estimate(IMPLICIT).through_learner) > 1e-3
+        assert at.error(at.estimate(IMPLICIT, frozen=True).value) > 1e-2
+        assert at.response_error(frozen=True) > 0.1
+    assert sphere.response_error(with_multiplier=False) > 0.01
+
+
+def test_a_part_outside_the_class_is_in_the_demonstrations_and_in_no_feature(inside):
+    outside = case(unexpressed=1.0).game
+    assert np.array_equal(outside.expert_features, inside.case.game.expert_features)
+    assert np.array_equal(
+        outside.true_expert_reward().values, inside.case.game.true_expert_reward().values + outside.unexpressed
+    )
+    assert float(jnp.std(outside.unexpressed)) > 0.5
+    assert not np.any(inside.case.game.unexpressed)
+
+
+def test_asymmetry_and_slope():
+    assert lemma_2.asymmetry(jnp.asarray([[1.0, 2.0], [2.0, 3.0]])) == 0.0
+    assert lemma_2.asymmetry(jnp.asarray([[0.0, 1.0], [-1.0, 1.0]])) == pytest.approx(2.0**0.5)
+    x = np.array([0.1, 0.2, 0.4])
+    assert lemma_2.fitted_slope(x.tolist(), 3.0 * x**1.5) == pytest.approx(1.5)
+
+
+def test_the_check_holds_and_draws_what_it_says(monkeypatch: pytest.MonkeyPatch):
+    drawn = Case.draw.__func__
+
+    def draw(cls: type[Case], seed: int, size: Size, *arguments, **settings) -> Case:
+        return drawn(cls, seed, size, *arguments, **(settings | {"forward_model": "soft_joint"}))
+
+    monkeypatch.setattr(Case, "draw", classmethod(draw))
+    monkeypatch.setattr(lemma_2, "SIZES", (SIZE,))
+    finding = lemma_2.check(quick=True)
+    assert finding.missed == []
+    bounded = [each for each in finding.measurements if each.holds is not None]
+    # Both places for both forward models, with every estimator, and the lower level without a likelihood.
+    assert sum("worst relative error of ∇f" in each.name for each in bounded) >= 10
+    for panel in finding.panels:
+        errors = {curve.name: curve.y for curve in panel.curves}
+        assert max(errors["measured"]) <= 1e-5
+        assert errors["well_specified"][0] < errors["well_specified"][-1]
+        assert min(errors["demonstrations held fixed (the paper)"]) > max(errors["measured"])
