@@ -71,7 +71,9 @@ class TheoryPart:
         """What else must be known to judge it."""
         notes = []
         if self.findings.quick:
-            notes.append("This is the quick mode: fewer games and points, the same claims and the same bounds.")
+            notes.append(
+                "This is the quick mode: fewer games, points and combinations, the same claims and the same bounds."
+            )
         if self.findings.missing:
             notes.append(f"Interrupted: not measured yet are {', '.join(self.findings.missing)}.")
         return notes

@@ -12,7 +12,10 @@ def theory(
     *,
     quick: Annotated[
         bool,
-        Parameter(negative="", help="Fewer games and points, within a minute; the same claims and the same bounds."),
+        Parameter(
+            negative="",
+            help="Fewer games, points and combinations, in about a minute; the same claims and the same bounds.",
+        ),
     ] = False,
     out: Annotated[
         Path,

@@ -21,6 +21,8 @@ from gsiirl.theory.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem
 
 SIZE = SIZES[0]
 EPISODES = 50
+BATCH = 20
+"""Estimates made in one call."""
 NORM = 0.7
 """‖θ_l‖ and ‖θ_e‖."""
 NAMES = {
@@ -166,7 +168,8 @@ def sampled_estimates(
         problem = BilevelProblem(evaluate=evaluate, regularisation=0.0)
         return SPSA("frozen").factors(problem, learner_parameters, expert_parameters, direction_key, reach)
 
-    return jax.tree.map(lambda leaf: leaf[:, 0], jax.vmap(estimate)(keys))
+    # A few at a time: with thousands of small linear systems in one call, XLA's thread pool on a CPU was seen to stall.
+    return jax.tree.map(lambda leaf: leaf[:, 0], jax.lax.map(estimate, keys, batch_size=BATCH))
 
 
 def point_number(learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Array:
