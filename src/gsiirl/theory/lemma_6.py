@@ -220,7 +220,7 @@ def check(quick: bool) -> Finding:
     for_bias = [0.01, 0.02, 0.04] if quick else [0.01, 0.014, 0.02, 0.028, 0.04]
     small = [0.002, 0.006, 0.02] if quick else [0.002, 0.0036, 0.0063, 0.011, 0.02]
     for_variance = [*small, 0.06, 0.2, 0.5]
-    number = 60 if quick else 400
+    number = 40 if quick else 400
     keys = jax.random.split(jax.random.key(0), number)
 
     bias = [biases(point, [*for_bias, 0.2]) for point in points]
