@@ -243,7 +243,7 @@ def _finding(
         _panel("Time, 4 states", "processor seconds", times, guides=(1, 2, 3)),
     ]
     if large:
-        panels.append(_panel("Time, attack graph of 256 states", "processor seconds", large, guides=(1,)))
+        panels.append(_panel("Time, 256 states", "processor seconds", large, guides=(1,)))
     return Finding(
         key="theorem-1",
         title="Cost of one hypergradient in the horizon",
