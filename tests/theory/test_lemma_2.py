@@ -8,6 +8,7 @@ import pytest
 from gsiirl.theory import lemma_2
 from gsiirl.theory.games import Size
 from gsiirl.theory.lemma_2 import ESTIMATORS, IMPLICIT, Case, Measured
+from gsiirl.theory.slopes import fitted_slope
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
 
@@ -68,7 +69,7 @@ def test_asymmetry_and_slope():
     assert lemma_2.asymmetry(jnp.asarray([[1.0, 2.0], [2.0, 3.0]])) == 0.0
     assert lemma_2.asymmetry(jnp.asarray([[0.0, 1.0], [-1.0, 1.0]])) == pytest.approx(2.0**0.5)
     x = np.array([0.1, 0.2, 0.4])
-    assert lemma_2.fitted_slope(x.tolist(), 3.0 * x**1.5) == pytest.approx(1.5)
+    assert fitted_slope(x.tolist(), 3.0 * x**1.5) == pytest.approx(1.5)
 
 
 def test_the_check_holds_and_draws_what_it_says(monkeypatch: pytest.MonkeyPatch):

@@ -10,6 +10,7 @@ from gsiirl.theory import lemma_6
 from gsiirl.theory.games import Size
 from gsiirl.theory.lemma_2 import Case, Game
 from gsiirl.theory.lemma_6 import Point, all_signs, point_number, sampled_estimates
+from gsiirl.theory.slopes import fitted_slope
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
 
@@ -91,4 +92,4 @@ def test_biases_are_relative_and_of_second_order(point: Point):
     for values in bias.values():
         assert values[1] / values[0] == pytest.approx(4.0, rel=0.1)
         assert values[0] < 0.05
-    assert lemma_6.slope([1.0, 2.0, 4.0], np.array([3.0, 12.0, 48.0])) == pytest.approx(2.0)
+    assert fitted_slope([1.0, 2.0, 4.0], np.array([3.0, 12.0, 48.0])) == pytest.approx(2.0)

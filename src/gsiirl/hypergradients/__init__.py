@@ -7,6 +7,7 @@ from gsiirl.hypergradients.finite_difference import coordinate_jacobian as coord
 from gsiirl.hypergradients.hvp_cg import HessianVectorCG as HessianVectorCG
 from gsiirl.hypergradients.implicit import Implicit as Implicit
 from gsiirl.hypergradients.problem import AbstractEstimator as AbstractEstimator
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator as AbstractStatelessEstimator
 from gsiirl.hypergradients.problem import BilevelProblem as BilevelProblem
 from gsiirl.hypergradients.problem import Hypergradient as Hypergradient
 from gsiirl.hypergradients.problem import Response as Response

@@ -12,11 +12,11 @@ What the paper prints instead is listed in docs/theory.md.
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
-from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
 
 
 class LemmaThree(eqx.Module):
@@ -54,23 +54,17 @@ class LemmaThree(eqx.Module):
         return advantages.T @ self.expert_gradients / self.temperature**2 + self.expert_curvature / self.temperature
 
 
-class Direct(AbstractEstimator[None]):
+class Direct(AbstractStatelessEstimator):
     """∇f by the corrected Lemma 3; for the joint softmax policy alone."""
 
     response: Response = eqx.field(static=True, default="well_specified")
 
-    def init(self, expert_parameters: Float[Array, " m"]) -> None:
-        return None
-
-    def estimate(
+    def hypergradient(
         self,
         problem: BilevelProblem,
         learner_parameters: Float[Array, " n"],
         expert_parameters: Float[Array, " m"],
-        state: None,
-        key: PRNGKeyArray,
-        iteration: Int[Array, ""],
-    ) -> tuple[Hypergradient, None]:
+    ) -> Hypergradient:
         """∇f at (θ_l, θ_e).
 
         Raises:
@@ -81,11 +75,11 @@ class Direct(AbstractEstimator[None]):
         terms = problem.lemma_three(learner_parameters, expert_parameters)
         through_learner, through_expert = terms.objective_gradients()
         if self.response == "well_specified":
-            return without_response(through_learner, evaluations=1), None
+            return without_response(through_learner, evaluations=1)
         moved = problem.demonstrations_move(self.response)
         size, dtype = expert_parameters.shape[0], expert_parameters.dtype
         hessian = terms.hessian() + problem.regularisation * jnp.eye(size, dtype=dtype)
         constraint = BallConstraint.at(expert_parameters, problem.lower_gradient(learner_parameters, expert_parameters))
         solved = solve_dense(hessian.T, through_expert, constraint)
         mixed_product = (terms.mixed() + moved).T @ solved.solution
-        return with_response(through_learner, mixed_product, solved, constraint, evaluations=2), None
+        return with_response(through_learner, mixed_product, solved, constraint, evaluations=2)

@@ -5,14 +5,14 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
+from jaxtyping import Array, Float, PyTree
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
-from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
 
 
-class FiniteDifference(AbstractEstimator[None]):
+class FiniteDifference(AbstractStatelessEstimator):
     """∇f with every factor from central differences of width `step` (the paper's comparison in section 7.1).
 
     All evaluations are one vmapped call. The error is O(step²); the system is solved with Hᵀ.
@@ -21,24 +21,18 @@ class FiniteDifference(AbstractEstimator[None]):
     response: Response = eqx.field(static=True, default="well_specified")
     step: float = 1e-4
 
-    def init(self, expert_parameters: Float[Array, " m"]) -> None:
-        return None
-
-    def estimate(
+    def hypergradient(
         self,
         problem: BilevelProblem,
         learner_parameters: Float[Array, " n"],
         expert_parameters: Float[Array, " m"],
-        state: None,
-        key: PRNGKeyArray,
-        iteration: Int[Array, ""],
-    ) -> tuple[Hypergradient, None]:
+    ) -> Hypergradient:
         learner_size, expert_size = learner_parameters.shape[0], expert_parameters.shape[0]
         if self.response == "well_specified":
             gradient = coordinate_jacobian(
                 lambda theta: problem.objective(theta, expert_parameters), learner_parameters, self.step
             )
-            return without_response(gradient, evaluations=2 * learner_size), None
+            return without_response(gradient, evaluations=2 * learner_size)
         moved = problem.demonstrations_move(self.response)
 
         def evaluate(both: Array) -> tuple[Array, Array]:
@@ -56,7 +50,7 @@ class FiniteDifference(AbstractEstimator[None]):
             solved,
             constraint,
             evaluations=2 * (learner_size + expert_size) + 1,
-        ), None
+        )
 
 
 def coordinate_jacobian(function: Callable[[Array], PyTree], point: Float[Array, " n"], step: float) -> PyTree:

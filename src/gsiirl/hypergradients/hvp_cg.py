@@ -3,14 +3,14 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, conjugate_gradients
-from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
 
 
-class HessianVectorCG(AbstractEstimator[None]):
+class HessianVectorCG(AbstractStatelessEstimator):
     """∇f with Hv ≈ [G(θ_e + εv) − G(θ_e − εv)] / 2ε and Mᵀw ≈ [∇_{θ_l}L(θ_e + εw) − ∇_{θ_l}L(θ_e − εw)] / 2ε.
 
     ε is `step` over the direction's norm; the error is O(ε²). ∇f's own parts come from one backward pass. Two
@@ -22,18 +22,12 @@ class HessianVectorCG(AbstractEstimator[None]):
     tolerance: float = 1e-10
     iterations: int = eqx.field(static=True, default=100)
 
-    def init(self, expert_parameters: Float[Array, " m"]) -> None:
-        return None
-
-    def estimate(
+    def hypergradient(
         self,
         problem: BilevelProblem,
         learner_parameters: Float[Array, " n"],
         expert_parameters: Float[Array, " m"],
-        state: None,
-        key: PRNGKeyArray,
-        iteration: Int[Array, ""],
-    ) -> tuple[Hypergradient, None]:
+    ) -> Hypergradient:
         """∇f at (θ_l, θ_e).
 
         Raises:
@@ -42,7 +36,7 @@ class HessianVectorCG(AbstractEstimator[None]):
         """
         if self.response == "well_specified":
             gradient = jax.grad(problem.objective)(learner_parameters, expert_parameters)
-            return without_response(gradient, evaluations=1, derivatives=1), None
+            return without_response(gradient, evaluations=1, derivatives=1)
         upper_gradient = problem.upper_gradient
         if upper_gradient is None:
             raise ValueError("conjugate gradients need a lower level that is the gradient of some L: upper_gradient")
@@ -76,4 +70,4 @@ class HessianVectorCG(AbstractEstimator[None]):
             evaluations=2 + 2 * solved.products,
             derivatives=1,
             upper_evaluations=2,
-        ), None
+        )

@@ -3,14 +3,14 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
-from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
 
 
-class Implicit(AbstractEstimator[None]):
+class Implicit(AbstractStatelessEstimator):
     """∇f with every factor exact (Lemma 2; docs/theory.md).
 
     H comes from m forward passes, ∇f's parts and Mᵀw from one backward pass each: no matrix of size m × n. The system
@@ -19,21 +19,15 @@ class Implicit(AbstractEstimator[None]):
 
     response: Response = eqx.field(static=True, default="well_specified")
 
-    def init(self, expert_parameters: Float[Array, " m"]) -> None:
-        return None
-
-    def estimate(
+    def hypergradient(
         self,
         problem: BilevelProblem,
         learner_parameters: Float[Array, " n"],
         expert_parameters: Float[Array, " m"],
-        state: None,
-        key: PRNGKeyArray,
-        iteration: Int[Array, ""],
-    ) -> tuple[Hypergradient, None]:
+    ) -> Hypergradient:
         if self.response == "well_specified":
             gradient = jax.grad(problem.objective)(learner_parameters, expert_parameters)
-            return without_response(gradient, evaluations=1, derivatives=1), None
+            return without_response(gradient, evaluations=1, derivatives=1)
         moved = problem.demonstrations_move(self.response)
         through_learner, through_expert = jax.grad(problem.objective, (0, 1))(learner_parameters, expert_parameters)
         lower_gradient, pull_back = jax.vjp(
@@ -43,10 +37,7 @@ class Implicit(AbstractEstimator[None]):
         constraint = BallConstraint.at(expert_parameters, lower_gradient)
         solved = solve_dense(hessian.T, through_expert, constraint)
         (mixed_product,) = pull_back(solved.solution)
-        mixed_product = (
-            mixed_product + jnp.dot(solved.solution, moved) if self.response == "measured" else mixed_product
-        )
+        if self.response == "measured":
+            mixed_product = mixed_product + jnp.dot(solved.solution, moved)
         passes = expert_parameters.shape[0] + 2
-        return with_response(
-            through_learner, mixed_product, solved, constraint, evaluations=3, derivatives=passes
-        ), None
+        return with_response(through_learner, mixed_product, solved, constraint, evaluations=3, derivatives=passes)

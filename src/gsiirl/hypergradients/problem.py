@@ -106,3 +106,30 @@ class AbstractEstimator(eqx.Module, Generic[State]):
         iteration: Int[Array, ""],
     ) -> tuple[Hypergradient, State]:
         """∇f at (θ_l, θ_e) in outer iteration k ≥ 0."""
+
+
+class AbstractStatelessEstimator(AbstractEstimator[None]):
+    """An estimator that remembers nothing and draws nothing: `hypergradient` is all there is to it."""
+
+    @abc.abstractmethod
+    def hypergradient(
+        self,
+        problem: BilevelProblem,
+        learner_parameters: Float[Array, " n"],
+        expert_parameters: Float[Array, " m"],
+    ) -> Hypergradient:
+        """∇f at (θ_l, θ_e)."""
+
+    def init(self, expert_parameters: Float[Array, " m"]) -> None:
+        return None
+
+    def estimate(
+        self,
+        problem: BilevelProblem,
+        learner_parameters: Float[Array, " n"],
+        expert_parameters: Float[Array, " m"],
+        state: None,
+        key: PRNGKeyArray,
+        iteration: Int[Array, ""],
+    ) -> tuple[Hypergradient, None]:
+        return self.hypergradient(problem, learner_parameters, expert_parameters), None

@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
 from gsiirl.theory.games import TEMPERATURE
+from gsiirl.theory.slopes import fitted_slope
 from gsiirl.theory.theorem_2 import (
     Games,
     algorithm_1,
@@ -23,7 +24,6 @@ from gsiirl.theory.theorem_2 import (
     fits,
     lower_gradients,
     minimisers,
-    slope,
 )
 
 REGULARISATIONS = (1e-1, 1e-2, 1e-3)
@@ -96,7 +96,7 @@ def rates(found: Gaps) -> list[float]:
         until = int(near[0]) if near.size else len(gaps)
         # Two points and more make a slope; a game that begins at its floor has none.
         if until >= 2:
-            slopes.append(slope(range(1, until + 1), gaps[:until]))
+            slopes.append(fitted_slope(range(1, until + 1), gaps[:until]))
     return slopes
 
 

@@ -31,6 +31,7 @@ from gsiirl.irl.expectations import reward_gradient_expectation
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
 from gsiirl.theory.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem, Size
 from gsiirl.theory.lower_solution import LowerSolution, solve_lower
+from gsiirl.theory.slopes import fitted_slope, guide
 from gsiirl.types import Policies, Sides
 
 TOLERANCE = 1e-5
@@ -419,11 +420,6 @@ class Group:
         return found
 
 
-def fitted_slope(x: Sequence[float], y: Float[np.ndarray, " k"]) -> float:
-    """Of ln y over ln x."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
 def check(quick: bool) -> Finding:
     """Lemma 2 on random games, under both forward models; quick, what takes long to compile under eq. 5-7 alone."""
     seeds = range(2) if quick else range(6)
@@ -565,5 +561,5 @@ def _panel(title: str, x_label: str, x: list[float], errors: Responses, with_gui
     ]
     if with_guide:
         start = curves[0].y[0]
-        curves.append(Curve("slope 1", [x[0], x[-1]], [start, start * x[-1] / x[0]], role="guide"))
+        curves.append(guide("slope 1", x, start, 1.0))
     return Panel(title, x_label, "relative error of ∇f", curves)

@@ -18,6 +18,7 @@ from gsiirl.hypergradients.spsa import SPSA, Factors
 from gsiirl.irl.expectations import sampled_reward_gradient
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
 from gsiirl.theory.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem
+from gsiirl.theory.slopes import fitted_slope, guide
 
 SIZE = SIZES[0]
 EPISODES = 50
@@ -209,11 +210,6 @@ def variances(estimates: Callable[[Array], Factors], reaches: Sequence[float]) -
     return {name: np.asarray(values) for name, values in found.items()}
 
 
-def slope(x: Sequence[float], y: Float[np.ndarray, " k"]) -> float:
-    """Of ln y over ln x, by least squares."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
 def check(quick: bool) -> Finding:
     """Bias by enumerating all Δ, variance by sampling."""
     points = [Point.draw(seed) for seed in range(2 if quick else 6)]
@@ -224,7 +220,7 @@ def check(quick: bool) -> Finding:
     keys = jax.random.split(jax.random.key(0), number)
 
     bias = [biases(point, [*for_bias, 0.2]) for point in points]
-    slopes = {name: [slope(for_bias, each[name][: len(for_bias)]) for each in bias] for name in NAMES}
+    slopes = {name: [fitted_slope(for_bias, each[name][: len(for_bias)]) for each in bias] for name in NAMES}
 
     point = points[0]
 
@@ -253,7 +249,7 @@ def check(quick: bool) -> Finding:
         *(
             Measurement(
                 f"slope of the variance of {NAMES[name]} for p ≤ {small[-1]:g}, independent samples",
-                slope(small, independent[name][: len(small)]),
+                fitted_slope(small, independent[name][: len(small)]),
                 at_least=-2.3,
                 at_most=-1.7,
             )
@@ -262,7 +258,7 @@ def check(quick: bool) -> Finding:
         *(
             Measurement(
                 f"slope of the variance of {NAMES[name]} for p ≤ {small[-1]:g}, common random numbers",
-                slope(small, shared[name][: len(small)]),
+                fitted_slope(small, shared[name][: len(small)]),
             )
             for name in NAMES
         ),
@@ -316,7 +312,7 @@ def check(quick: bool) -> Finding:
                     Curve("independent samples", for_variance, independent["learner_gradient"].tolist()),
                     Curve("common random numbers", for_variance, shared["learner_gradient"].tolist()),
                     Curve("exact evaluations", for_variance, exact["learner_gradient"].tolist()),
-                    _guide("slope -2", for_variance, float(independent["learner_gradient"][0]), -2.0),
+                    guide("slope -2", for_variance, float(independent["learner_gradient"][0]), -2.0),
                 ],
             ),
         ],
@@ -326,10 +322,5 @@ def check(quick: bool) -> Finding:
 def _bias_panel(reaches: list[float], bias: list[dict[str, Float[np.ndarray, " k"]]]) -> Panel:
     medians = {name: np.median([each[name] for each in bias], axis=0) for name in NAMES}
     curves = [Curve(NAMES[name], reaches, values.tolist()) for name, values in medians.items()]
-    curves.append(_guide("slope 2", reaches, float(medians["mixed"][0]), 2.0))
+    curves.append(guide("slope 2", reaches, float(medians["mixed"][0]), 2.0))
     return Panel("Bias of one estimate", "perturbation p", "relative bias", curves)
-
-
-def _guide(name: str, reaches: list[float], start: float, exponent: float) -> Curve:
-    ends = [reaches[0], reaches[-1]]
-    return Curve(name, ends, [start, start * (ends[1] / ends[0]) ** exponent], role="guide")

@@ -27,6 +27,7 @@ from gsiirl.hypergradients import (
 )
 from gsiirl.hypergradients.spsa import Factors
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
+from gsiirl.theory.slopes import fitted_slope
 
 LEARNER_SIZE, EXPERT_SIZE = 5, 4
 REGULARISATION = 0.1
@@ -334,7 +335,7 @@ def check(quick: bool) -> Finding:
     )
     errors = np.stack([composed_errors(inside[0], number, KEYS) for number in draws])
     mean = errors.mean(axis=1)
-    slope = float(np.polyfit(np.log(draws), np.log(mean), 1)[0])
+    slope = fitted_slope(draws, mean)
     measurements.append(
         Measurement("SPSA, composed hypergradient: slope of ln(error) over ln(draws)", slope, at_most=-0.3)
     )

@@ -20,6 +20,7 @@ from gsiirl.theory.games import RandomProblem, Size
 from gsiirl.theory.operations import Operations, count_operations
 from gsiirl.theory.peak_memory import HORIZON, attack_graph_bilevel
 from gsiirl.theory.printed_forms import printed_problem
+from gsiirl.theory.slopes import fitted_slope, guide
 from gsiirl.theory.soft_joint_model import SoftJointModel
 
 REGULARISATION = 0.1
@@ -166,7 +167,7 @@ def median_times(programs: dict[tuple[str, int], Callable[[], object]]) -> dict[
 def exponent(costs: dict[int, float]) -> float:
     """Slope of ln cost against ln T over the horizons of `fitted`."""
     horizons = fitted(costs)
-    return float(np.polyfit(np.log(horizons), np.log([costs[horizon] for horizon in horizons]), 1)[0])
+    return fitted_slope(horizons, [costs[horizon] for horizon in horizons])
 
 
 def fitted(costs: dict[int, float]) -> list[int]:
@@ -286,10 +287,6 @@ def _panel(title: str, label: str, costs: dict[str, dict[int, float]], guides: S
         for name, of_name in costs.items()
     ]
     horizons = sorted({horizon for of_name in costs.values() for horizon in of_name})
-    first, last = horizons[0], horizons[-1]
     lowest = 0.5 * min(min(of_name.values()) for of_name in costs.values())
-    curves += [
-        Curve(f"slope {slope}", [float(first), float(last)], [lowest, lowest * (last / first) ** slope], role="guide")
-        for slope in guides
-    ]
+    curves += [guide(f"slope {slope}", horizons, lowest, slope) for slope in guides]
     return Panel(title, "horizon T", label, curves)

@@ -27,6 +27,7 @@ from gsiirl.irl.maximum_likelihood import growing_steps
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
 from gsiirl.theory.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
 from gsiirl.theory.lower_solution import solve_lower
+from gsiirl.theory.slopes import fitted_slope, guide
 from gsiirl.types import Sides
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
@@ -371,11 +372,6 @@ def measure(games: Games, iterations: Iterator[Iteration]) -> Measured:
     return Measured(np.stack(squared), np.stack(objectives), np.stack(commitments))
 
 
-def slope(x: Sequence[float], y: Sequence[float] | Float[np.ndarray, " k"]) -> float:
-    """The slope of ln y over ln x by least squares."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
 # --- the check -------------------------------------------------------------------------------------------------------
 
 
@@ -394,11 +390,11 @@ class Rule:
 
     def slope(self) -> float:
         """The log-log slope of `mean` against K."""
-        return slope(self.ks, self.mean)
+        return fitted_slope(self.ks, self.mean)
 
     def slopes(self) -> list[float]:
         """The same for each game."""
-        return [slope(self.ks, game) for game in self.averages.T]
+        return [fitted_slope(self.ks, game) for game in self.averages.T]
 
     def curve(self, name: str, role: str = "ours") -> Curve:
         """`mean` against K."""
@@ -467,7 +463,9 @@ def check(quick: bool) -> Finding:
     if literal is not None:
         measurements += [
             Measurement("slope with the paper's step 1/(L_f √K), all K", literal.slope()),
-            Measurement("slope with the paper's step 1/(L_f √K), the last three K", slope(ks[-3:], literal.mean[-3:])),
+            Measurement(
+                "slope with the paper's step 1/(L_f √K), the last three K", fitted_slope(ks[-3:], literal.mean[-3:])
+            ),
         ]
     measurements += [
         *(
@@ -492,13 +490,13 @@ def check(quick: bool) -> Finding:
         root.curve("step 5/(L_f √K)"),
         constant.curve("constant step 1/L_f"),
         *([] if literal is None else [literal.curve("the paper's step 1/(L_f √K)", role="paper")]),
-        _guide("slope -1/2", ks, root.mean[0], -0.5),
-        _guide("slope -1", ks, constant.mean[0], -1.0),
+        guide("slope -1/2", ks, root.mean[0], -0.5),
+        guide("slope -1", ks, constant.mean[0], -1.0),
     ]
     others = [
         *(rule.curve(f"{name}, step ∝ 1/√K") for name, rule in noisy.items()),
         printed.curve("the paper's derivative (demonstrations held), constant step", role="paper"),
-        _guide("slope -1/2", ks, root.mean[0], -0.5),
+        guide("slope -1/2", ks, root.mean[0], -0.5),
     ]
     label = f"average squared norm, mean over {GAMES} games"
     return Finding(
@@ -523,18 +521,14 @@ def check(quick: bool) -> Finding:
     )
 
 
-def _guide(name: str, ks: Sequence[int], start: float, exponent: float) -> Curve:
-    return Curve(name, [float(ks[0]), float(ks[-1])], [start, start * (ks[-1] / ks[0]) ** exponent], role="guide")
-
-
 def _reading(root: Rule, literal: Rule | None, lost: Float[np.ndarray, " N"], on_sphere: int) -> str:
     about_constant = (
         ""
         if literal is None
         # In small steps the average is (f(θ_l(K)) − f(θ_l(0)))/(step · K): its slope is above −1/2 while f still grows.
         else f"With the paper's constant, 1/(L_f √K), the average falls with slope {literal.slope():.2f}, and with "
-        f"{slope(literal.ks[-3:], literal.mean[-3:]):.2f} over the last three K: in such small steps it is what f has "
-        "gained over (step · K), and comes down to slope -1/2 from above, once f gains no more. "
+        f"{fitted_slope(literal.ks[-3:], literal.mean[-3:]):.2f} over the last three K: in such small steps it is what "
+        "f has gained over (step · K), and comes down to slope -1/2 from above, once f gains no more. "
     )
     return (
         f"Where θ_l is on the unit sphere the norm is that of the gradient mapping of step 1/L_f; {on_sphere} of "
