@@ -8,17 +8,18 @@ from gsiirl.errors import InputError
 from gsiirl.experiments import runner
 from gsiirl.experiments.ablation import CHANGES, run_ablation, variants
 from gsiirl.experiments.config import config_to_dict, load_config
+from gsiirl.experiments.security import SecurityConfig
 from gsiirl.runs import Ablation, RunFolder
 
 BASE = {"nodes": 4, "edges": 5, "horizon": 3, "seeds": 2, "iterations": 10, "trajectories": 5}
 
 
 def test_the_ladder_climbs_from_the_papers_preset_to_the_default_one_change_at_a_time():
-    ladder = [load_config(fields).resolved() for _, fields in variants()]
-    assert ladder[0] == load_config({"algorithm": "paper"}).resolved()
+    ladder = [load_config(SecurityConfig, fields).resolved() for _, fields in variants()]
+    assert ladder[0] == load_config(SecurityConfig, {"algorithm": "paper"}).resolved()
     # Nothing but the name and SPSA's own settings, which the exact gradient does not use, is left of the paper's.
     spsa = {"perturbation": None, "perturbation_decay": None}
-    default = dataclasses.replace(load_config({}).resolved(), algorithm="paper", **spsa)
+    default = dataclasses.replace(load_config(SecurityConfig, {}).resolved(), algorithm="paper", **spsa)
     assert dataclasses.replace(ladder[-1], **spsa) == default
     budget = {"draws"}
     for below, above, change in zip(ladder, ladder[1:], CHANGES, strict=False):

@@ -18,13 +18,13 @@ from tests import helpers
 
 
 def test_every_field_has_help_and_a_default():
-    schemas = field_schemas()
+    schemas = field_schemas(SecurityConfig)
     assert list(schemas) == [field.name for field in dataclasses.fields(SecurityConfig)]
     assert all(schema["description"] and "default" in schema for schema in schemas.values())
 
 
 def test_values_replace_defaults():
-    config = load_config({"graph_seed": 3, "discount": "0.9"})
+    config = load_config(SecurityConfig, {"graph_seed": 3, "discount": "0.9"})
     assert config == SecurityConfig(graph_seed=3, discount=0.9)
 
 
@@ -47,25 +47,25 @@ def test_values_replace_defaults():
 )
 def test_a_bad_value_is_told_in_one_line(values: dict[str, Any], message: str):
     with pytest.raises(InputError) as raised:
-        load_config(values)
+        load_config(SecurityConfig, values)
     assert str(raised.value) == message
 
 
 def test_an_unlike_field_gets_the_list_of_fields():
     with pytest.raises(InputError, match="xyzzy: is no field of the security experiment; the fields are algorithm, "):
-        load_config({"xyzzy": 1})
+        load_config(SecurityConfig, {"xyzzy": 1})
 
 
 def test_of_several_bad_values_the_first_is_told():
     with pytest.raises(InputError) as raised:
-        load_config({"discount": 2, "seeds": 0})
+        load_config(SecurityConfig, {"discount": 2, "seeds": 0})
     assert raised.value.field == "seeds"  # the first in the order of the fields
 
 
 def test_flags_override_the_file(tmp_path: Path):
     path = tmp_path / "run.toml"
     path.write_text('algorithm = "marl"\ngraph_seed = 3\nlearner_no_op = true\n')
-    config = load_config_file(path, {"graph_seed": "4"})
+    config = load_config_file(SecurityConfig, path, {"graph_seed": "4"})
     assert config == SecurityConfig(algorithm="marl", graph_seed=4, learner_no_op=True)
 
 
@@ -73,10 +73,10 @@ def test_an_error_names_the_flag_or_the_key_it_came_from(tmp_path: Path):
     path = tmp_path / "run.toml"
     path.write_text("graph_seed = -1\n")
     with pytest.raises(InputError) as raised:
-        load_config_file(path, {})
+        load_config_file(SecurityConfig, path, {})
     assert raised.value.field == f"graph_seed in {path}"
     with pytest.raises(InputError) as raised:
-        load_config_file(path, {"graph_seed": "-2"})
+        load_config_file(SecurityConfig, path, {"graph_seed": "-2"})
     assert raised.value.field == "--graph-seed"
 
 
@@ -89,7 +89,7 @@ def test_an_unreadable_file_is_told(tmp_path: Path, content: bytes | None, probl
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(InputError, match=problem) as raised:
-        load_config_file(path, {})
+        load_config_file(SecurityConfig, path, {})
     assert "\n" not in str(raised.value)
 
 
@@ -104,7 +104,10 @@ def test_a_configuration_survives_its_file():
     ("change", "message"),
     [
         ({"format_version": 2}, "format_version in run/config.json: cannot be 2; this version of gsiirl reads 1"),
-        ({"experiment": "x"}, "experiment in run/config.json: cannot be 'x'; this version of gsiirl reads 'security'"),
+        (
+            {"experiment": "x"},
+            "experiment in run/config.json: cannot be 'x'; this version of gsiirl knows security, crossing, deception",
+        ),
         ({"seeds": 0}, "seeds in run/config.json: cannot be 0; give a whole number of at least 1"),
     ],
 )

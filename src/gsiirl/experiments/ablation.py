@@ -59,7 +59,7 @@ def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path) -> 
 
     ablation = Ablation(graphs=[f"graph-{seed}" for seed in graph_seeds], variants=[each for each, _ in variants()])
     planned = [
-        (out / graph / variant.name, load_config({**base, **fields, "graph_seed": seed}))
+        (out / graph / variant.name, load_config(SecurityConfig, {**base, **fields, "graph_seed": seed}))
         for seed, graph in zip(graph_seeds, ablation.graphs, strict=True)
         for variant, fields in variants()
     ]

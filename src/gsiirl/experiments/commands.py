@@ -10,16 +10,37 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from gsiirl.errors import InputError
-from gsiirl.experiments.config import choices, config_from_dict, field_schemas, flag, load_config, load_config_file
+from gsiirl.experiments.config import (
+    ExperimentConfig,
+    choices,
+    config_from_dict,
+    field_schemas,
+    flag,
+    load_config,
+    load_config_file,
+)
+from gsiirl.experiments.crossing import CrossingConfig
+from gsiirl.experiments.deception import DeceptionConfig
+from gsiirl.experiments.security import SecurityConfig
+
+Out = Annotated[Path, Parameter(metavar="DIR", help="Run folder to make: a new or empty folder.")]
+ConfigFile = Annotated[
+    Path | None,
+    Parameter(metavar="FILE", help="TOML file with any of the fields below (discount = 0.9); flags override it."),
+]
 
 
-def _with_field_flags(command: Callable[..., None]) -> Callable[..., None]:
-    """`command` with a flag for each field of its configuration in place of its `**flags`."""
-    signature = inspect.signature(command)
-    own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
-    flags = [_flag(field, schema) for field, schema in field_schemas().items()]
-    setattr(command, "__signature__", signature.replace(parameters=[*own, *flags]))  # noqa: B010 (not a declared attribute)
-    return command
+def _with_field_flags(kind: type[ExperimentConfig]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Of a command: a flag for each field of its configuration in place of its `**flags`."""
+
+    def with_flags(command: Callable[..., None]) -> Callable[..., None]:
+        signature = inspect.signature(command)
+        own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+        flags = [_flag(field, schema) for field, schema in field_schemas(kind).items()]
+        setattr(command, "__signature__", signature.replace(parameters=[*own, *flags]))  # noqa: B010 (not a declared attribute)
+        return command
+
+    return with_flags
 
 
 def _flag(field: str, schema: dict[str, Any]) -> inspect.Parameter:
@@ -34,18 +55,26 @@ def _flag(field: str, schema: dict[str, Any]) -> inspect.Parameter:
     return inspect.Parameter(field, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
-@_with_field_flags
-def security(
-    *,
-    out: Annotated[Path, Parameter(metavar="DIR", help="Run folder to make: a new or empty folder.")],
-    config: Annotated[
-        Path | None,
-        Parameter(metavar="FILE", help="TOML file with any of the fields below (graph_seed = 3); flags override it."),
-    ] = None,
-    **flags: Any,
-) -> None:
+@_with_field_flags(SecurityConfig)
+def security(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
     """A defender lives with an attacker on an attack graph."""
-    configuration = load_config_file(config, flags)
+    _run(SecurityConfig, out, config, flags)
+
+
+@_with_field_flags(CrossingConfig)
+def crossing(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
+    """A robot crosses the way of a human."""
+    _run(CrossingConfig, out, config, flags)
+
+
+@_with_field_flags(DeceptionConfig)
+def deception(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
+    """Two agents keep an adversary from their target."""
+    _run(DeceptionConfig, out, config, flags)
+
+
+def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, flags: dict[str, Any]) -> None:
+    configuration = load_config_file(kind, file, flags)
     from gsiirl.experiments import runner
 
     with _resumable(out):
@@ -82,7 +111,7 @@ def ablation(
     Finished runs in DIR are kept and an interrupted one is gone on with.
     """
     given = {"seeds": seeds, "iterations": iterations, "trajectories": trajectories}
-    load_config(given, flag)
+    load_config(SecurityConfig, given, flag)
     graphs = [_whole("--graph-seeds", each) for each in graph_seeds.split(",")]
     from gsiirl.experiments.ablation import run_ablation
     from gsiirl.report import write_ablation_page

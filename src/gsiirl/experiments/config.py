@@ -3,17 +3,25 @@
 import difflib
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from gsiirl.errors import InputError
+from gsiirl.experiments.crossing import CrossingConfig
+from gsiirl.experiments.deception import DeceptionConfig
 from gsiirl.experiments.security import SecurityConfig
 
 FORMAT_VERSION = 1
-EXPERIMENT = "security"
+
+ExperimentConfig = SecurityConfig | CrossingConfig | DeceptionConfig
+Config = TypeVar("Config", bound=ExperimentConfig)
+
+EXPERIMENTS: dict[str, type[ExperimentConfig]] = {
+    kind.experiment: kind for kind in (SecurityConfig, CrossingConfig, DeceptionConfig)
+}
 
 
 def flag(field: str) -> str:
@@ -21,10 +29,18 @@ def flag(field: str) -> str:
     return "--" + field.replace("_", "-")
 
 
-def field_schemas() -> dict[str, dict[str, Any]]:
+def field_schemas(kind: type[ExperimentConfig]) -> dict[str, dict[str, Any]]:
     """Of each field its JSON schema, in order: `description`, `default`, and the values it accepts when it is set."""
-    schemas = TypeAdapter(SecurityConfig).json_schema()["properties"]
-    return {field.name: schemas[field.name] | _when_set(schemas[field.name]) for field in fields(SecurityConfig)}
+    descriptions: dict[str, str] = {}
+    # Pydantic takes the text below a field for its description only in the class that declares the field.
+    for declaring in reversed([each for each in kind.__mro__ if is_dataclass(each)]):
+        schemas = TypeAdapter[Any](declaring).json_schema()["properties"]
+        descriptions |= {name: each["description"] for name, each in schemas.items() if "description" in each}
+    schemas = TypeAdapter(kind).json_schema()["properties"]
+    return {
+        field.name: schemas[field.name] | _when_set(schemas[field.name]) | {"description": descriptions[field.name]}
+        for field in fields(kind)
+    }
 
 
 def choices(schema: Mapping[str, Any]) -> list[str]:
@@ -32,7 +48,7 @@ def choices(schema: Mapping[str, Any]) -> list[str]:
     return [schema["const"]] if "const" in schema else schema.get("enum", [])
 
 
-def load_config(values: Mapping[str, Any], name: Callable[[str], str] = str) -> SecurityConfig:
+def load_config(kind: type[Config], values: Mapping[str, Any], name: Callable[[str], str] = str) -> Config:
     """The configuration with these fields set and the others at their defaults.
 
     `name` gives the name by which the user knows a field, for errors.
@@ -40,14 +56,14 @@ def load_config(values: Mapping[str, Any], name: Callable[[str], str] = str) -> 
     Raises:
         InputError: for the first unknown field, or else the first value that its field does not accept.
     """
-    schemas = field_schemas()
+    schemas = field_schemas(kind)
     for field in values:
         if field not in schemas:
             near = difflib.get_close_matches(field, schemas, n=1)
             mend = f"did you mean {near[0]}?" if near else f"the fields are {', '.join(schemas)}"
-            raise InputError(name(field), "is no field of the security experiment", mend)
+            raise InputError(name(field), f"is no field of the {kind.experiment} experiment", mend)
     try:
-        return SecurityConfig(**values)
+        return kind(**values)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field, value = str(first["loc"][0]), first["input"]
@@ -55,33 +71,38 @@ def load_config(values: Mapping[str, Any], name: Callable[[str], str] = str) -> 
         raise InputError(name(field), f"cannot be {shown}", _accepted(schemas[field])) from error
 
 
-def load_config_file(path: Path | None, flags: Mapping[str, Any]) -> SecurityConfig:
+def load_config_file(kind: type[Config], path: Path | None, flags: Mapping[str, Any]) -> Config:
     """The configuration of a TOML file whose keys are fields (or of none), with `flags` in place of what it says.
 
     Raises:
         InputError: see `load_config`; or the file cannot be read, or is not TOML.
     """
     written = {} if path is None else _read_toml(path)
-    return load_config({**written, **flags}, lambda field: flag(field) if field in flags else f"{field} in {path}")
+    return load_config(
+        kind, {**written, **flags}, lambda field: flag(field) if field in flags else f"{field} in {path}"
+    )
 
 
-def config_to_dict(config: SecurityConfig) -> dict[str, Any]:
+def config_to_dict(config: ExperimentConfig) -> dict[str, Any]:
     """What `config.json` holds: the format's version, the experiment and every field."""
-    return {"format_version": FORMAT_VERSION, "experiment": EXPERIMENT, **asdict(config)}
+    return {"format_version": FORMAT_VERSION, "experiment": config.experiment, **asdict(config)}
 
 
-def config_from_dict(content: Mapping[str, Any], source: Path) -> SecurityConfig:
+def config_from_dict(content: Mapping[str, Any], source: Path) -> ExperimentConfig:
     """The configuration in the content of a `config.json`; `source` is its path, for errors.
 
     Raises:
-        InputError: see `load_config`; or the file is of another format or experiment.
+        InputError: see `load_config`; or the file is of another format, or of an experiment that is not known.
     """
     values = dict(content)
-    for key, known in (("format_version", FORMAT_VERSION), ("experiment", EXPERIMENT)):
-        found = values.pop(key, None)
-        if found != known:
-            raise InputError(f"{key} in {source}", f"cannot be {found!r}", f"this version of gsiirl reads {known!r}")
-    return load_config(values, lambda field: f"{field} in {source}")
+    version, experiment = values.pop("format_version", None), values.pop("experiment", None)
+    if version != FORMAT_VERSION:
+        mend = f"this version of gsiirl reads {FORMAT_VERSION}"
+        raise InputError(f"format_version in {source}", f"cannot be {version!r}", mend)
+    if experiment not in EXPERIMENTS:
+        mend = f"this version of gsiirl knows {', '.join(EXPERIMENTS)}"
+        raise InputError(f"experiment in {source}", f"cannot be {experiment!r}", mend)
+    return load_config(EXPERIMENTS[experiment], values, lambda field: f"{field} in {source}")
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

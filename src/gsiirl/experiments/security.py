@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -20,6 +20,10 @@ Variant = Literal["general_sum", "zero_sum"]
 )
 class SecurityConfig:
     """Everything that decides a run of the security experiment: its fields are flags, TOML keys and `config.json`."""
+
+    experiment: ClassVar[str] = "security"
+    preparation: ClassVar[str] = "gsiirl.experiments.security_run:prepare"
+    double_precision: ClassVar[bool] = True
 
     algorithm: Algorithm = "gsiirl"
     """Which algorithm learns: `gsiirl` (our preset), `paper` (the same with the paper's settings), `ma-irl`; `marl` is

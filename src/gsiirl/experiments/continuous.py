@@ -1,0 +1,105 @@
+"""What the configurations of the experiments with continuous states have in common."""
+
+from dataclasses import replace
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from gsiirl.errors import InputError
+
+Algorithm = Literal["gsiirl", "paper", "ma-irl", "marl"]
+
+CHECKED = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
+class ContinuousConfig:
+    """Everything that decides a run: the fields are flags, TOML keys and `config.json`."""
+
+    double_precision: ClassVar[bool] = False
+
+    algorithm: Algorithm = "gsiirl"
+    """Which algorithm learns: `gsiirl` (our preset), `paper` (the same with the paper's settings), `ma-irl`; `marl` is
+    given both true rewards."""
+    solver: Literal["pathwise", "maddpg"] = "pathwise"
+    """Forward model from rewards to a joint policy: `pathwise` (both sides ascend their returns by gradients through
+    the dynamics), or the paper's `maddpg`, for `marl` only."""
+    expert: Literal["responding"] = "responding"
+    """`responding`: the expert plays its best response to the policy the learner plays."""
+    reward: Literal["linear", "network"] = "linear"
+    """What the learned rewards are made of: weights of fixed features, or a small network."""
+    response: Literal["well_specified", "frozen", "measured"] | None = None
+    """What the hypergradient takes for the expert's response: `well_specified` (default), `frozen` (paper), or
+    `measured`, from two more interactions an iteration."""
+    hypergradient: Literal["direct", "spsa"] | None = None
+    """Estimator of the hypergradient: `direct` (default), `spsa` (paper)."""
+    seeds: int = Field(default=10, ge=1)
+    """Number of seeds."""
+    first_seed: int = Field(default=0, ge=0)
+    """The first seed; the others follow."""
+    iterations: int = Field(default=50, ge=0)
+    """Outer iterations K."""
+    horizon: int = Field(default=25, ge=1)
+    """Steps T of an episode."""
+    discount: float = Field(default=0.95, gt=0, le=1)
+    """Discount gamma."""
+    trajectories: int = Field(default=100, ge=1)
+    """Trajectories asked of the expert in each interaction."""
+    regularisation: float = Field(default=1e-3, gt=0)
+    """Weight lambda of the lower level's squared norm."""
+    inner_steps: int = Field(default=10, ge=1)
+    """Projected steps on the expert's parameters in each iteration."""
+    inner_step_size: float = Field(default=0.02, gt=0)
+    """Step of the lower level, in the unit ball."""
+    step_size: float = Field(default=0.1, gt=0)
+    """First step of the upper level, in the unit ball."""
+    step_decay: float = Field(default=20.0, gt=0)
+    """Iterations after which the upper level's step is halved: step_size / (1 + k / step_decay)."""
+    remembered: int | None = Field(default=None, ge=1)
+    """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
+    default 4 (paper 1)."""
+    perturbation: float | None = Field(default=None, gt=0)
+    """SPSA's first perturbation in the unit ball; default 0.05 (paper 1)."""
+    batch: int = Field(default=64, ge=1)
+    """Episodes of a gradient step of the solver."""
+    solver_steps: int = Field(default=20, ge=1)
+    """Solver steps in each outer iteration, from the policies of the last one."""
+    training_steps: int = Field(default=1000, ge=1)
+    """Solver steps of `marl`, and of the first policies."""
+    hidden: int = Field(default=64, ge=1)
+    """Width of the policy networks' two hidden layers."""
+    evaluation_episodes: int = Field(default=1000, ge=1)
+    """Episodes over which reported returns and rates are means."""
+    device: Literal["cpu", "gpu"] = "cpu"
+    """Where the arrays live."""
+
+    def resolved(self) -> Self:
+        """The configuration with the values that a run uses where none were given.
+
+        Raises:
+            InputError: the solver does not go with the algorithm.
+        """
+        if self.solver == "maddpg" and self.algorithm != "marl":
+            raise InputError(
+                "solver", f"maddpg does not go with algorithm {self.algorithm}", "use pathwise, or algorithm marl"
+            )
+        preset = PAPER if self.algorithm == "paper" else DEFAULT
+        return replace(self, **{name: value for name, value in preset.items() if getattr(self, name) is None})
+
+
+DEFAULT: dict[str, Any] = {
+    "response": "well_specified",
+    "hypergradient": "direct",
+    "remembered": 4,
+    "perturbation": 0.05,
+}
+"""What `gsiirl` sets where nothing is given."""
+
+PAPER: dict[str, Any] = {
+    "response": "frozen",
+    "hypergradient": "spsa",
+    "remembered": 1,
+    "perturbation": 1.0,
+}
+"""What `paper` sets where nothing is given."""

@@ -1,0 +1,21 @@
+"""The configuration of the crossing experiment, in which a robot and a human cross each other's way."""
+
+from typing import ClassVar
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gsiirl.experiments.continuous import CHECKED, ContinuousConfig
+
+
+@dataclass(frozen=True, kw_only=True, config=CHECKED)
+class CrossingConfig(ContinuousConfig):
+    """Everything that decides a run of the crossing experiment."""
+
+    experiment: ClassVar[str] = "crossing"
+    preparation: ClassVar[str] = "gsiirl.experiments.crossing_problem:prepare"
+
+    iterations: int = Field(default=100, ge=0)
+    """Outer iterations K."""
+    horizon: int = Field(default=30, ge=1)
+    """Steps T of an episode."""
