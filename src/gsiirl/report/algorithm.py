@@ -14,6 +14,7 @@ class AlgorithmStyle:
 
 ALGORITHMS = {
     "marl": AlgorithmStyle("MARL", "given both true rewards: the yardstick", "#111827"),
+    "marl-maddpg": AlgorithmStyle("MARL (MADDPG)", "the same, solved by MADDPG", "#15803d"),
     "ma-irl": AlgorithmStyle("MA-IRL", "learns from fixed demonstrations", "#d97706"),
     "gsiirl": AlgorithmStyle("GSIIRL", "learns by interacting", "#2563eb"),
     "paper": AlgorithmStyle("GSIIRL, paper's preset", "the algorithm as the paper prints it", "#9333ea"),

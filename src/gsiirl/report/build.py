@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from gsiirl.errors import InputError
-from gsiirl.report.comparison_table import PAPER_NOTE, RETURNS_NOTE, compare
+from gsiirl.report.comparison_table import RETURNS_NOTE, compare
 from gsiirl.report.figure_style import figure_style
 from gsiirl.report.figures import draw_figures
 from gsiirl.report.group import group_runs
 from gsiirl.report.page import GENERATOR, Section, render_markdown, render_page
 from gsiirl.report.quality_table import judge
 from gsiirl.report.run import ReportedRun
+from gsiirl.report.table_1 import Table1
 from gsiirl.report.theory_part import TheoryPart
 from gsiirl.report.verdict import verdicts
 from gsiirl.runs import Findings, RunFolder
@@ -55,11 +56,12 @@ def build_report(run_paths: list[Path], out: Path) -> ReportFiles:
         TheoryPart.of(findings, f"theory-{number}", f"theory-{number}-")
         for number, findings in enumerate(measured, start=1)
     ]
+    table_1 = Table1.of([(section.group, section.comparison) for section in sections])
     parts: list[Section | TheoryPart] = [*sections, *theories]
     contents = {name: content for part in parts for figure in part.figures for name, content in figure.files.items()}
-    contents[MARKDOWN] = render_markdown(sections, theories).encode()
-    contents[PAGE] = render_page(sections, theories).encode()
-    table = encode_json(TABLE, _table(sections, measured, [TABLE, *contents]))
+    contents[MARKDOWN] = render_markdown(sections, table_1, theories).encode()
+    contents[PAGE] = render_page(sections, table_1, theories).encode()
+    table = encode_json(TABLE, _table(sections, table_1, measured, [TABLE, *contents]))
     _refuse_foreign_files(out, [TABLE, *contents])
     try:
         # First what lists the files: a report cut short can then be told from files of the user's.
@@ -78,7 +80,9 @@ def _measured(path: Path) -> Findings:
     return findings
 
 
-def _table(sections: list[Section], measured: list[Findings], files: list[str]) -> dict[str, Any]:
+def _table(
+    sections: list[Section], table_1: Table1 | None, measured: list[Findings], files: list[str]
+) -> dict[str, Any]:
     groups = [
         {
             "experiment": section.group.experiment,
@@ -90,11 +94,13 @@ def _table(sections: list[Section], measured: list[Findings], files: list[str]) 
         }
         for section in sections
     ]
+    notes = dict.fromkeys(section.paper_note for section in sections if section.paper_note)
     return versioned(
         {
             "generator": GENERATOR,
             "files": files,
-            "notes": [RETURNS_NOTE, PAPER_NOTE],
+            "notes": [RETURNS_NOTE, *notes],
+            **({"table_1": table_1.json()} if table_1 else {}),
             "groups": groups,
             "theory": [findings.json() for findings in measured],
         }

@@ -1,4 +1,4 @@
-"""Final returns of every algorithm beside the paper's (its Table 1, column CS)."""
+"""Final returns of every algorithm beside the paper's."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,22 +6,11 @@ from typing import Any
 from gsiirl.report.algorithm import algorithm_style
 from gsiirl.report.estimate import Estimate
 from gsiirl.report.group import GameGroup
-
-PAPER_RETURNS: dict[str, dict[str, tuple[float, float]]] = {
-    "marl": {"learner": (-16.96, 1.45), "expert": (6.96, 1.45)},
-    "ma-irl": {"learner": (-17.08, 3.21), "expert": (7.03, 3.21)},
-    "gsiirl": {"learner": (-17.38, 3.59), "expert": (6.76, 3.59)},
-    "paper": {"learner": (-17.38, 3.59), "expert": (6.76, 3.59)},
-}
-"""Mean and standard deviation as printed in the paper's Table 1, cyber security."""
+from gsiirl.report.paper_results import PAPER_RESULTS, Returns
 
 RETURNS_NOTE = (
     "Returns are undiscounted sums under the true rewards, mean ± standard deviation over seeds; higher is better for "
     "the side they belong to."
-)
-PAPER_NOTE = (
-    "The paper's graph is not published, so its figures (Table 1, cyber security) stand here for orientation: they "
-    "cannot be compared digit by digit."
 )
 
 
@@ -32,7 +21,7 @@ class ComparisonRow:
     label: str
     algorithm: str
     returns: dict[str, dict[str, Estimate | None]]
-    paper: dict[str, tuple[float, float]] | None
+    paper: Returns | None
     source: str
     """Where the figures come from, in words."""
 
@@ -57,19 +46,19 @@ def compare(group: GameGroup) -> list[ComparisonRow]:
             side: {kind: run.estimate(f"{kind}_return_{side}") for kind in ("model", "deployed")}
             for side in ("learner", "expert")
         }
-        if run.algorithm == "marl":
+        if run.given_the_rewards:
             for side, evaluations in returns.items():
-                truth = run.estimate(f"truth_return_{side}")
-                returns[side] = {kind: each or truth for kind, each in evaluations.items()}
+                # Who knows the true rewards has no model to differ from them: both evaluations are one.
+                known = evaluations["deployed"] or run.estimate(f"truth_return_{side}")
+                returns[side] = {kind: each or known for kind, each in evaluations.items()}
         rows.append(_row(group, label, run.algorithm, returns, f"run {run.path.name}"))
     return rows
 
 
 def _marl_from_truth(group: GameGroup) -> list[ComparisonRow]:
-    for label, run in group.runs.items():
+    for label, run in group.learners.items():
         truth = {side: run.estimate(f"truth_return_{side}") for side in ("learner", "expert")}
         if any(truth.values()):
-            # Who knows the true rewards has no model to differ from them: both evaluations are one.
             returns: dict[str, dict[str, Estimate | None]] = {
                 side: {"model": each, "deployed": each} for side, each in truth.items()
             }
@@ -81,5 +70,5 @@ def _marl_from_truth(group: GameGroup) -> list[ComparisonRow]:
 def _row(
     group: GameGroup, label: str, algorithm: str, returns: dict[str, dict[str, Estimate | None]], source: str
 ) -> ComparisonRow:
-    paper = PAPER_RETURNS.get(algorithm) if group.experiment == "security" else None
-    return ComparisonRow(label, algorithm, returns, paper, source)
+    paper = PAPER_RESULTS.get(group.experiment)
+    return ComparisonRow(label, algorithm, returns, paper.returns.get(algorithm) if paper else None, source)

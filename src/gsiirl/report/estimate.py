@@ -63,3 +63,8 @@ def format_number(value: float, digits: int | None = None) -> str:
     """A number for people: a true minus sign, and no minus before a zero."""
     text = f"{value:.{default_digits(value) if digits is None else digits}f}"
     return text.replace("-", "\N{MINUS SIGN}" if float(text) else "")
+
+
+def format_share(value: float) -> str:
+    """A share for people, in per cent."""
+    return f"{format_number(100 * value, 1)} %"

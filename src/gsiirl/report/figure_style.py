@@ -1,10 +1,11 @@
 """The look that all figures share, and how a figure becomes files."""
 
+import base64
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import matplotlib
 from matplotlib.figure import Figure
@@ -46,8 +47,19 @@ STYLE: dict[Any, Any] = {
 class Picture:
     """A figure as the contents of two files."""
 
+    kind: ClassVar = "drawing"
     png: bytes
     svg: bytes
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """Contents by the ending of the file's name."""
+        return {"png": self.png, "svg": self.svg}
+
+    @property
+    def address(self) -> str:
+        """The figure itself as an address, so that a page needs no other file."""
+        return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode()
 
 
 @contextmanager

@@ -1,56 +1,29 @@
-"""Which figures a game has, and the words around them."""
+"""Which figures a game has."""
 
-from gsiirl.report.algorithm import algorithm_style
-from gsiirl.report.attack_graph import AttackGraph
-from gsiirl.report.attack_graph_figure import draw_attack_graph
+from gsiirl.report.crossing_figures import crossing_figures
+from gsiirl.report.deception_figures import deception_figures
 from gsiirl.report.figure_style import picture
 from gsiirl.report.group import GameGroup
 from gsiirl.report.page_figure import PageFigure
-from gsiirl.report.recovery_figure import draw_recovery
 from gsiirl.report.returns_figure import draw_returns
 from gsiirl.report.run import ReportedRun
-from gsiirl.report.sample_path import pick_sample_path
-from gsiirl.report.sample_path_figure import draw_sample_path
+from gsiirl.report.security_figures import security_figures
+
+KINDS = {"attack_graph": security_figures, "crossing": crossing_figures, "deception": deception_figures}
+"""By the kind of the game: its figures in the page's order, given the one of the returns, which every game has."""
 
 
 def draw_figures(group: GameGroup) -> list[PageFigure]:
     """The figures of one game, in the page's order."""
-    graph = AttackGraph.read(group.game, next(iter(group.runs.values())).path)
     shown = group.of("gsiirl") or _first_that_learned(group)
-    figures: list[PageFigure | None] = []
-    if graph is not None:
-        figures.append(_attack_graph(group, graph, shown))
-    figures.append(_returns(group))
-    if graph is not None:
-        figures.append(_recovery(group, graph))
-        figures.append(_sample_path(group, graph, shown))
+    returns = _returns(group)
+    draw = KINDS.get(str(group.game.get("kind")))
+    figures = [returns] if draw is None else draw(group, shown, returns)
     return [figure for figure in figures if figure is not None]
 
 
 def _first_that_learned(group: GameGroup) -> ReportedRun | None:
     return next((run for run in group.runs.values() if run.weights("expert_reward") is not None), None)
-
-
-def _attack_graph(group: GameGroup, graph: AttackGraph, shown: ReportedRun | None) -> PageFigure:
-    weights = None if shown is None else shown.weights("expert_reward")
-    values = None if weights is None else weights.mean(axis=0)[: len(graph.nodes)]
-    caption = (
-        "Each box is a machine, each arrow an attack that can lead from one to the next. The attacker works from left "
-        "to right; the defender sees it all and blocks one arrow a step."
-    )
-    if shown is not None and values is not None:
-        caption += (
-            f" The two bars of a box compare what the machine is truly worth to the attacker with what "
-            f"{algorithm_style(shown.algorithm).name} learned (mean over {len(shown.kept_seeds)} seeds): equal bars, "
-            "well learned."
-        )
-    return PageFigure(
-        f"{group.key}-attack-graph",
-        "The network, and what the defender learned about its attacker",
-        caption,
-        "Attack graph with the true and the learned value of every node",
-        picture(draw_attack_graph(graph, values)),
-    )
 
 
 def _returns(group: GameGroup) -> PageFigure | None:
@@ -60,36 +33,8 @@ def _returns(group: GameGroup) -> PageFigure | None:
         f"{group.key}-returns",
         "How both sides fare while the learner learns",
         f"Lines are means over seeds, bands one standard deviation. Look at the upper left panel first: it is what the "
-        f"{learner} really earns. The higher its curve, the better; the dashed line is MARL, which was given both true "
-        f"rewards. The right column is what the {expert} earns in the same encounters.",
+        f"{learner} really {learner.verb('earns', 'earn')}. The higher the curve, the better; the dashed line is MARL, "
+        f"which was given both true rewards. The right column is what the {expert} earns in the same encounters.",
         f"Returns of {learner} and {expert} along the iterations",
         picture(figure),
-    )
-
-
-def _recovery(group: GameGroup, graph: AttackGraph) -> PageFigure | None:
-    figure = draw_recovery(group, graph)
-    return figure and PageFigure(
-        f"{group.key}-recovery",
-        "Are the learned rewards the true ones?",
-        "Each point is one weight of a reward, with its standard deviation over seeds: on the diagonal it was learned "
-        "exactly. Footholds are left out: what they are worth has no effect. The last panel follows the agreement "
-        "along the iterations.",
-        "Learned against true reward weights, and their correlation along the iterations",
-        picture(figure),
-    )
-
-
-def _sample_path(group: GameGroup, graph: AttackGraph, shown: ReportedRun | None) -> PageFigure | None:
-    path = None if shown is None else pick_sample_path(graph, shown)
-    if shown is None or path is None:
-        return None
-    return PageFigure(
-        f"{group.key}-path",
-        "One encounter, step by step",
-        f"The learned defender ({algorithm_style(shown.algorithm).name}, seed {path.seed}) against the real attacker. "
-        f"Red cells are machines in the attacker's hands after the step. Of {path.recorded} recorded encounters this "
-        "is the one in which most machines fall.",
-        "Timeline of one trajectory: attacks, blocks and compromised nodes",
-        picture(draw_sample_path(graph, path)),
     )

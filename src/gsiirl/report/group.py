@@ -5,12 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from gsiirl.report.algorithm import algorithm_rank, algorithm_style
+from gsiirl.report.experiment import VARIANTS, SideName, experiment_words
 from gsiirl.report.run import ReportedRun
-
-VARIANTS = {
-    "general_sum": "general-sum: the defender's losses differ from the attacker's gains",
-    "zero_sum": "the paper's variant: the defender's dependent reward is minus the attacker's reward",
-}
 
 
 @dataclass(frozen=True)
@@ -23,19 +19,24 @@ class GameGroup:
     """Runs by label."""
 
     @property
+    def first(self) -> ReportedRun:
+        """The run that stands first."""
+        return next(iter(self.runs.values()))
+
+    @property
     def game(self) -> dict[str, Any]:
         """The game that all runs share."""
-        return next(iter(self.runs.values())).game
+        return self.first.game
 
     @property
     def experiment(self) -> str:
         """The experiment that all runs share."""
-        return next(iter(self.runs.values())).experiment
+        return self.first.experiment
 
     @property
     def title(self) -> str:
         """The game's name."""
-        return f"{self.experiment.capitalize()}: {self.game.get('name', 'unnamed game')}"
+        return f"{experiment_words(self.experiment).title}: {self.game.get('name', 'unnamed game')}"
 
     @property
     def variant(self) -> str:
@@ -44,14 +45,29 @@ class GameGroup:
         return VARIANTS.get(name, name)
 
     @property
-    def sides(self) -> tuple[str, str]:
+    def sides(self) -> tuple[SideName, SideName]:
         """What learner and expert are called in this experiment."""
-        return ("defender", "attacker") if self.experiment == "security" else ("learner", "expert")
+        words = experiment_words(self.experiment)
+        return words.learner, words.expert
+
+    @property
+    def learners(self) -> dict[str, ReportedRun]:
+        """The runs that learn rewards."""
+        return {label: run for label, run in self.runs.items() if not run.given_the_rewards}
 
     def of(self, algorithm: str) -> ReportedRun | None:
         """The first run of an algorithm that has a seed left, or None."""
         matching = [run for run in self.runs.values() if run.algorithm == algorithm and run.kept_seeds]
         return matching[0] if matching else None
+
+    def reference(self, metric: str) -> float | None:
+        """What MARL (`truth_...`) or random play (`random_...`) comes to, from the first run that holds it."""
+        for run in self.runs.values():
+            # MARL by another solver is a line of its own.
+            estimate = None if run.algorithm == "marl-maddpg" else run.estimate(metric)
+            if estimate is not None:
+                return estimate.mean
+        return None
 
 
 def group_runs(runs: list[ReportedRun]) -> list[GameGroup]:

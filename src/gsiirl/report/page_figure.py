@@ -1,8 +1,8 @@
 """A figure on a page."""
 
-import base64
 from dataclasses import dataclass
 
+from gsiirl.report.animation import Animation
 from gsiirl.report.figure_style import Picture
 
 
@@ -15,15 +15,14 @@ class PageFigure:
     caption: str
     alternative: str
     """What it shows, for who cannot see it."""
-    picture: Picture
+    picture: Picture | Animation
 
     @property
     def address(self) -> str:
         """The figure itself as an address, so that the page needs no other file."""
-        return "data:image/svg+xml;base64," + base64.b64encode(self.picture.svg).decode()
+        return self.picture.address
 
     @property
     def files(self) -> dict[str, bytes]:
         """Its files by their names in the page's folder."""
-        contents = (("png", self.picture.png), ("svg", self.picture.svg))
-        return {f"figures/{self.name}.{ending}": content for ending, content in contents}
+        return {f"figures/{self.name}.{ending}": content for ending, content in self.picture.files.items()}

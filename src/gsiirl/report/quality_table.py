@@ -3,22 +3,54 @@
 from dataclasses import dataclass
 from typing import Any
 
-from gsiirl.report.estimate import Estimate
+from gsiirl.report.estimate import Estimate, format_share
 from gsiirl.report.group import GameGroup
 from gsiirl.report.run import ReportedRun
 
+
+@dataclass(frozen=True)
+class Metric:
+    """How a metric is named, explained and printed."""
+
+    heading: str
+    meaning: str
+    form: str = "number"
+    """`number`, `share` (printed in per cent) or `count`."""
+
+
 METRICS = {
-    "expert_reward_pearson": (
-        "Pearson, expert's reward",
-        "correlation with the truth over reachable pairs; 1 is perfect",
+    "expert_reward_pearson": Metric(
+        "Pearson, expert's reward", "correlation with the truth over reachable pairs; 1 is perfect"
     ),
-    "dependent_reward_pearson": ("Pearson, dependent reward", "the same for the learner's expert-dependent reward"),
-    "expert_reward_epic": ("EPIC distance", "0: the same reward up to scale and shaping; 1: the opposite"),
-    "nash_gap": ("NashConv", "what both sides together could gain by changing alone; 0 is an equilibrium"),
-    "feature_gap": ("feature gap", "distance of expected and demonstrated features"),
-    "expert_trajectories": ("trajectories asked", "demonstrations asked of the expert, a seed"),
+    "dependent_reward_pearson": Metric(
+        "Pearson, dependent reward", "the same for the learner's expert-dependent reward"
+    ),
+    "expert_reward_epic": Metric("EPIC distance", "0: the same reward up to scale and shaping; 1: the opposite"),
+    "target_preference": Metric(
+        "target preference",
+        "learned weight of the adversary's distance to its target, less that of the other landmark, in the sense of "
+        "wanting to be near; above 0: ranked right",
+    ),
+    "human_goal_error": Metric(
+        "error of the human's goal", "distance of the place that the learned reward likes best to the true goal"
+    ),
+    "collision_rate": Metric("collisions", "share of encounters in which robot and human collide", "share"),
+    "goal_rate_robot": Metric("robot arrives", "share of encounters in which the robot reaches its goal", "share"),
+    "goal_rate_human": Metric("human arrives", "share of encounters in which the human reaches its goal", "share"),
+    "nash_gap": Metric("NashConv", "what both sides together could gain by changing alone; 0 is an equilibrium"),
+    "exploitability_learner": Metric(
+        "exploitability, learner",
+        "what a freshly trained best response in the learner's place gains over it, of the return's size",
+        "share",
+    ),
+    "exploitability_expert": Metric("exploitability, expert", "the same in the expert's place", "share"),
+    "feature_gap": Metric("feature gap", "distance of expected and demonstrated features"),
+    "feature_gap_noise": Metric(
+        "feature gap of sampling alone", "what the gap would be if the reward were right: the rest of it is misfit"
+    ),
+    "expert_trajectories": Metric("trajectories asked", "demonstrations asked of the expert, a seed", "count"),
 }
-"""Metric: heading and meaning."""
+"""In the table's order."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +81,11 @@ class QualityRow:
         estimate = self.metrics.get(metric)
         if estimate is None:
             return "\N{EN DASH}"
-        if metric == "expert_trajectories":
+        form = METRICS[metric].form
+        if form == "count":
             return f"{estimate.mean:.0f}"
+        if form == "share":
+            return f"{format_share(estimate.mean)} ± {format_share(estimate.std)}"
         return f"{estimate.mean:.3f} ± {estimate.std:.3f}".replace("-", "\N{MINUS SIGN}")
 
     def json(self) -> dict[str, Any]:
@@ -73,9 +108,15 @@ def judge(group: GameGroup) -> list[QualityRow]:
     """One row a run."""
     rows = []
     for label, run in group.runs.items():
-        estimates = {metric: run.estimate(metric) for metric in METRICS}
+        # What MARL comes to stands in its run under either name.
+        kinds = ("", "truth_") if run.given_the_rewards else ("",)
+        estimates = {metric: _first(run, [kind + metric for kind in kinds]) for metric in METRICS}
         rows.append(QualityRow(label, run, {name: each for name, each in estimates.items() if each is not None}))
     return rows
+
+
+def _first(run: ReportedRun, metrics: list[str]) -> Estimate | None:
+    return next((each for each in map(run.estimate, metrics) if each is not None), None)
 
 
 def used_metrics(rows: list[QualityRow]) -> list[str]:

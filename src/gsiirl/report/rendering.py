@@ -4,7 +4,7 @@ from typing import Any
 
 import jinja2
 
-from gsiirl.report.comparison_table import PAPER_NOTE, RETURNS_NOTE
+from gsiirl.report.comparison_table import RETURNS_NOTE
 from gsiirl.report.estimate import format_number
 from gsiirl.report.quality_table import METRICS, used_metrics
 from gsiirl.report.theory_words import bound_in_words, formulas, value_in_words
@@ -25,7 +25,6 @@ def render(template: str, **values: Any) -> str:
         bound_in_words=bound_in_words,
         metrics=METRICS,
         number=format_number,
-        paper_note=PAPER_NOTE,
         returns_note=RETURNS_NOTE,
         used_metrics=used_metrics,
         value_in_words=value_in_words,

@@ -9,7 +9,7 @@ import polars
 
 from gsiirl.errors import InputError
 from gsiirl.report.estimate import Estimate
-from gsiirl.runs import Learned, RunFolder, summarise
+from gsiirl.runs import GIVEN_THE_REWARDS, Learned, RunFolder, summarise
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class ReportedRun:
     metrics: polars.DataFrame
     learned: Learned | None
     paths: polars.DataFrame | None
+    reward_map: polars.DataFrame | None
     wall_seconds: float | None
 
     @classmethod
@@ -67,6 +68,7 @@ class ReportedRun:
                 metrics=metrics.filter(~polars.col("seed").is_in(failed)),
                 learned=folder.load_learned(),
                 paths=folder.paths(),
+                reward_map=folder.reward_map(),
                 wall_seconds=(folder.environment() or {}).get("wall_seconds"),
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
@@ -79,21 +81,42 @@ class ReportedRun:
         """Seeds that did not fail."""
         return [seed for seed in self.seeds if seed not in self.failed_seeds]
 
+    @property
+    def given_the_rewards(self) -> bool:
+        """Whether the run learns no reward, because it is given both (MARL)."""
+        return self.algorithm in GIVEN_THE_REWARDS
+
     def estimate(self, metric: str) -> Estimate | None:
         """A final metric over seeds, or None where it does not apply."""
         values = self.final.get(metric)
         return None if values is None or not len(values) else Estimate.over(values)
 
     def curve(self, metric: str) -> Curve | None:
-        """A metric along the iterations, or None where it does not apply."""
-        if metric not in self.metrics.columns or self.metrics.is_empty():
+        """A metric along the iterations over the seeds that `not_finite` does not name, or None where there is none."""
+        table = self._along(metric).filter(~polars.col("seed").is_in(self.not_finite(metric)))
+        if table.is_empty():
             return None
         table = (
-            self.metrics.group_by("iteration")
-            .agg(mean=polars.col(metric).mean(), std=polars.col(metric).std(ddof=1).fill_null(0.0))
+            table.group_by("iteration")
+            .agg(mean=polars.col("value").mean(), std=polars.col("value").std(ddof=1).fill_null(0.0))
             .sort("iteration")
         )
         return Curve(*(table[name].to_numpy() for name in ("iteration", "mean", "std")))
+
+    def not_finite(self, metric: str) -> list[int]:
+        """Seeds that did not fail in the end, but have a value of the metric along the way that is not finite."""
+        return self._along(metric).filter(~polars.col("finite"))["seed"].unique().sort().to_list()
+
+    def _along(self, metric: str) -> polars.DataFrame:
+        """`seed`, `iteration`, `value` and whether it is `finite`, from where the metric is first measured."""
+        if metric not in self.metrics.columns:
+            return polars.DataFrame(schema={"seed": int, "iteration": int, "value": float, "finite": bool})
+        value = polars.col(metric)
+        table = self.metrics.select(
+            "seed", "iteration", value=value, finite=value.cast(float).is_finite().fill_null(False)
+        )
+        begin = table.filter("finite")["iteration"].min()
+        return table.clear() if begin is None else table.filter(polars.col("iteration") >= begin)
 
     def weights(self, parameter: str) -> np.ndarray | None:
         """Learned weights in reward units, of shape [kept seeds, features], or None where there are none."""

@@ -1,15 +1,16 @@
 """What the figures say, in sentences computed from them."""
 
 from gsiirl.report.algorithm import algorithm_style
-from gsiirl.report.estimate import Estimate, format_number
+from gsiirl.report.estimate import format_number, format_share
+from gsiirl.report.gap import Gap
 from gsiirl.report.group import GameGroup
-from gsiirl.report.returns_figure import reference
+from gsiirl.report.quality_table import METRICS
 from gsiirl.report.run import ReportedRun
 
 
 def verdicts(group: GameGroup) -> list[str]:
     """The sentences of one game, most important first."""
-    learners = [(label, run) for label, run in group.runs.items() if run.algorithm != "marl" and run.kept_seeds]
+    learners = [(label, run) for label, run in group.learners.items() if run.kept_seeds]
     # The algorithm of the project comes first, then what it is compared with.
     learners.sort(key=lambda each: each[1].algorithm != "gsiirl")
     sentences = []
@@ -17,6 +18,8 @@ def verdicts(group: GameGroup) -> list[str]:
         sentences += _return_verdict(group, label, run, full=place == 0)
     for label, run in learners:
         sentences += _reward_verdict(group, label, run)
+    for label, run in learners[:1]:
+        sentences += [*_crossing_verdict(group, label, run), *_deception_verdict(label, run), *_misfit(label, run)]
     for label, run in group.runs.items():
         sentences += _warnings(label, run)
     return sentences
@@ -24,21 +27,27 @@ def verdicts(group: GameGroup) -> list[str]:
 
 def _return_verdict(group: GameGroup, label: str, run: ReportedRun, full: bool) -> list[str]:
     ends = run.estimate("deployed_return_learner")
-    marl, random = reference(group, "truth", "learner"), reference(group, "random", "learner")
     if ends is None:
         return []
     learner, expert = group.sides
-    text = f"The {learner} that {_how(run.algorithm, label)} ends at {ends}"
+    gap, marl = Gap.of(group, run), group.reference("truth_return_learner")
+    random = group.reference("random_return_learner")
+    text = f"The {learner} that {_how(run.algorithm, label)} {learner.verb('ends', 'end')} at {ends}"
     if full:
         text += f" against the real {expert}"
         if marl is not None:
             text += f"; MARL, which was given both rewards, at {format_number(marl)}"
         if random is not None:
-            text += f"; a {learner} that plays at random, at {format_number(random)}"
-        text += ". Higher is better" if marl is None else ". Higher is better: it does"
-    elif marl is not None:
+            text += (
+                f"; {learner.verb('a ', '')}{learner} that {learner.verb('plays', 'play')} at random, at "
+                f"{format_number(random)}"
+            )
+        text += ". Higher is better"
+        if gap is not None:
+            text += f": {learner.verb('it does', 'they do')}"
+    elif gap is not None:
         text += ":"
-    return [f"{text}." if marl is None else f"{text} {_comparison(ends, marl)}."]
+    return [f"{text}." if gap is None else f"{text} {_comparison(gap)}."]
 
 
 def _how(algorithm: str, label: str) -> str:
@@ -49,10 +58,8 @@ def _how(algorithm: str, label: str) -> str:
     return f"learned with {label}"
 
 
-def _comparison(ends: Estimate, marl: float) -> str:
-    if ends.count > 1 and ends.low <= marl <= ends.high:
-        return "neither better nor worse than MARL (which lies within the 95 % interval)"
-    return "better than MARL" if ends.mean > marl else "worse than MARL"
+def _comparison(gap: Gap) -> str:
+    return f"{gap.verdict} than MARL" + (" (which lies within the 95 % interval)" if gap.is_open else "")
 
 
 def _reward_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]:
@@ -63,8 +70,51 @@ def _reward_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]
     asked = run.estimate("expert_trajectories")
     cost = f", after {asked.mean:.0f} observed trajectories a seed" if asked is not None else ""
     return [
-        f"The {expert}'s reward as {label} learned it correlates {format_number(pearson.mean, 3)} with the true one "
-        f"(1 is perfect){cost}."
+        f"The {expert.possessive} reward as {label} learned it correlates {format_number(pearson.mean, 3)} with the "
+        f"true one (1 is perfect){cost}."
+    ]
+
+
+def _crossing_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]:
+    sentences = []
+    rates = [
+        f"{words} in {format_share(rate.mean)}" + ("" if marl is None else f" (MARL {format_share(marl)})")
+        for metric, words in (
+            ("collision_rate", "robot and human collide"),
+            ("goal_rate_robot", "the robot reaches its goal"),
+            ("goal_rate_human", "the human reaches its own"),
+        )
+        if (rate := run.estimate(metric)) is not None
+        for marl in [group.reference(f"truth_{metric}")]
+    ]
+    if rates:
+        sentences.append(f"With {label}, {', '.join(rates)} of the encounters.")
+    error = run.estimate("human_goal_error")
+    if error is not None:
+        radius = group.game.get("goal_radius")
+        told = "" if radius is None else f"; the goal has radius {format_number(radius)}"
+        sentences.append(f"{label} places the human's goal {error} from where it is{told}.")
+    return sentences
+
+
+def _deception_verdict(label: str, run: ReportedRun) -> list[str]:
+    preference = run.final.get("target_preference")
+    if preference is None:
+        return []
+    right = int((preference > 0).sum())
+    return [
+        f"That the adversary wants to be near its target rather than near the other landmark, {label} found out in "
+        f"{right} of {len(preference)} seeds."
+    ]
+
+
+def _misfit(label: str, run: ReportedRun) -> list[str]:
+    gap, noise = run.estimate("feature_gap"), run.estimate("feature_gap_noise")
+    if gap is None or noise is None:
+        return []
+    return [
+        f"What the learned reward of {label} makes the expert do differs from what the expert did by "
+        f"{format_number(gap.mean, 3)} in its features; sampling alone would make {format_number(noise.mean, 3)}."
     ]
 
 
@@ -76,6 +126,15 @@ def _warnings(label: str, run: ReportedRun) -> list[str]:
         sentences.append(
             f"{word} {seeds} of {label} failed (not finite, or worse than random play) and {verb} left out of every "
             f"figure and mean; {len(run.kept_seeds)} of {len(run.seeds)} remain."
+        )
+    broken = {
+        metric: run.not_finite(metric) for metric in run.metrics.columns if metric in METRICS or "_return_" in metric
+    }
+    told = [f"{metric} (seed {', '.join(map(str, seeds))})" for metric, seeds in broken.items() if seeds]
+    if told:
+        sentences.append(
+            f"Along the iterations of {label} not every value is finite: {'; '.join(told)}. Such a seed is left out of "
+            "the curves of that metric."
         )
     if not run.completed:
         sentences.append(

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 import polars
+from polars.datatypes import DataTypeClass
 
 from gsiirl.errors import InputError
 from gsiirl.runs.atomic import write_atomically
@@ -16,6 +17,9 @@ from gsiirl.runs.json_file import encode_json, read_json, read_versioned_json, v
 from gsiirl.runs.learned import MEND, Learned, read_learned, write_learned
 from gsiirl.runs.metrics import append_chunk, read_chunks
 from gsiirl.runs.table_file import read_table, write_table
+
+INDEX_COLUMNS = ("seed", "trajectory", "step")
+"""Columns of tables that count, however they are given."""
 
 
 @dataclass(frozen=True)
@@ -102,12 +106,20 @@ class RunFolder:
         return read_learned(self.path)
 
     def save_paths(self, columns: Mapping[str, np.ndarray]) -> None:
-        """Write the sample trajectories, one row a step; every column holds integers of shape [rows]."""
-        write_table(self._paths_path, columns, dict.fromkeys(columns, polars.Int64))
+        """Write the sample trajectories: `seed`, `trajectory`, `step` and what was there then, each of [rows]."""
+        write_table(self._paths_path, columns, _types(columns))
 
     def paths(self) -> polars.DataFrame | None:
         """The sample trajectories, or None where there are none."""
         return read_table(self._paths_path, MEND) if self._paths_path.exists() else None
+
+    def save_reward_map(self, columns: Mapping[str, np.ndarray]) -> None:
+        """Write the expert's reward by position: `seed`, `x`, `y`, `learned`, `true`, each of [rows]."""
+        write_table(self._reward_map_path, columns, _types(columns))
+
+    def reward_map(self) -> polars.DataFrame | None:
+        """The expert's reward by position, or None where the game has none."""
+        return read_table(self._reward_map_path, MEND) if self._reward_map_path.exists() else None
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write `summary.json` (see `summarise`)."""
@@ -134,6 +146,15 @@ class RunFolder:
     @property
     def _paths_path(self) -> Path:
         return self.path / "paths.parquet"
+
+    @property
+    def _reward_map_path(self) -> Path:
+        return self.path / "reward_map.parquet"
+
+
+def _types(columns: Mapping[str, np.ndarray]) -> dict[str, DataTypeClass]:
+    counted = {name for name, column in columns.items() if np.asarray(column).dtype.kind in "biu"}
+    return {name: polars.Int64 if name in {*INDEX_COLUMNS, *counted} else polars.Float64 for name in columns}
 
 
 def _refuse_used(path: Path, config: dict[str, Any], game: dict[str, Any]) -> None:

@@ -8,13 +8,16 @@ import polars
 from gsiirl.runs.json_file import versioned
 from gsiirl.runs.metrics import KEY_COLUMNS
 
+GIVEN_THE_REWARDS = ("marl", "marl-maddpg")
+"""Algorithms that learn no reward: they are given both."""
+
 
 def summarise(config: dict[str, Any], metrics: polars.DataFrame, completed: bool) -> dict[str, Any]:
     """The content of `summary.json`, from each seed's last iteration.
 
     A seed has failed when one of its values is not finite, or when its deployed learner's return is below random
-    play's (not asked of `marl`). `final` holds mean, standard deviation (n - 1; 0 for one seed) and the values of
-    the seeds that did not fail, in the order of `seeds`; it is empty when all failed.
+    play's (not asked of who is given the rewards). `final` holds mean, standard deviation (n - 1; 0 for one seed) and
+    the values of the seeds that did not fail, in the order of `seeds`; it is empty when all failed.
     """
     last = metrics.group_by("seed", maintain_order=True).last().sort("seed")
     names = [name for name in last.columns if name not in KEY_COLUMNS]
@@ -39,7 +42,7 @@ def _failed(last: polars.DataFrame, names: list[str], algorithm: str) -> polars.
         # A missing value counts as not finite.
         failed |= ~np.isfinite(last[name].cast(polars.Float64).fill_null(np.nan).to_numpy())
     returns = ("deployed_return_learner", "random_return_learner")
-    if algorithm != "marl" and set(returns) <= set(names):
+    if algorithm not in GIVEN_THE_REWARDS and set(returns) <= set(names):
         deployed, random = (last[name].to_numpy() for name in returns)
         failed |= deployed < random
     return polars.Series(failed)

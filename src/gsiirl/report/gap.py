@@ -1,0 +1,36 @@
+"""How far a learner ends from MARL, which is given both true rewards."""
+
+from dataclasses import dataclass
+
+from gsiirl.report.estimate import Estimate
+from gsiirl.report.group import GameGroup
+from gsiirl.report.run import ReportedRun
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The deployed learner's return less MARL's, over seeds."""
+
+    difference: Estimate
+
+    @classmethod
+    def of(cls, group: GameGroup, run: ReportedRun) -> "Gap | None":
+        """Seed by seed where the run holds MARL's return of every seed; None where either return is not known."""
+        deployed, truth = (run.final.get(f"{kind}_return_learner") for kind in ("deployed", "truth"))
+        if truth is None:
+            truth = group.reference("truth_return_learner")
+        if deployed is None or truth is None or not len(deployed):
+            return None
+        return cls(Estimate.over(deployed - truth))
+
+    @property
+    def verdict(self) -> str:
+        """`better`, `worse` or `neither better nor worse`, decided by the 95 % interval."""
+        if self.is_open:
+            return "neither better nor worse"
+        return "better" if self.difference.mean > 0 else "worse"
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the seeds do not decide it."""
+        return self.difference.count > 1 and self.difference.low <= 0 <= self.difference.high
