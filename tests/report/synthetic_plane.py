@@ -200,10 +200,11 @@ def _reward_map(seeds: int, failed_seed: int | None, random: np.random.Generator
     places = np.linspace(-0.8, 0.8, 33)
     seed, y, x = (each.ravel() for each in np.meshgrid(np.arange(seeds), places, places, indexing="ij"))
     true = -np.hypot(x + 0.5, y)
-    goals = np.array([-0.5, 0.0]) + 0.05 * random.normal(size=(seeds, 2))
+    goals = np.add([-0.5, 0.0], 0.05 * random.normal(size=(seeds, 2)))
     if failed_seed is not None:
         goals[failed_seed] = 0.7
-    learned = -0.3 * np.hypot(x - goals[seed, 0], y - goals[seed, 1]) + 4
+    away = np.stack([x, y], axis=1) - np.repeat(goals, len(places) ** 2, axis=0)
+    learned = 4 - 0.3 * np.linalg.norm(away, axis=1)
     return {"seed": seed, "x": x, "y": y, "learned": learned, "true": true}
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import io
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 DOTS_PER_INCH = 100
-COLOURS = 64
+COLOURS = 128
 STEP_MILLISECONDS, LAST_MILLISECONDS = 160, 1800
 
 
@@ -36,10 +37,7 @@ class Animation:
 
 def animate(draw: Callable[[int], Figure], frames: int) -> Animation:
     """The figures draw(0), ..., draw(frames - 1) one after the other, for ever; the same give the same bytes."""
-    images = [_image(draw(frame)) for frame in range(frames)]
-    # The last frame shows everything that the others do; one palette keeps what does not move the same.
-    palette = images[-1].quantize(COLOURS)
-    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    images = _with_one_palette([_pixels(draw(frame)) for frame in range(frames)])
     stream = io.BytesIO()
     images[0].save(
         stream,
@@ -52,8 +50,31 @@ def animate(draw: Callable[[int], Figure], frames: int) -> Animation:
     return Animation(stream.getvalue())
 
 
-def _image(figure: Figure) -> Image.Image:
+def _pixels(figure: Figure) -> np.ndarray:
     figure.set_dpi(DOTS_PER_INCH)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    return np.asarray(canvas.buffer_rgba())[..., :3].astype(np.uint32)
+
+
+def _with_one_palette(frames: list[np.ndarray]) -> list[Image.Image]:
+    """Frames in the colours that fill most of them; any other becomes the nearest of these.
+
+    Pillow's own reduction mixes colours, and white would not stay white.
+    """
+    packed = [frame[..., 0] << 16 | frame[..., 1] << 8 | frame[..., 2] for frame in frames]
+    counts: Counter[int] = Counter()
+    for frame in packed:
+        counts.update(dict(zip(*(each.tolist() for each in np.unique(frame, return_counts=True)), strict=True)))
+    codes = np.array(sorted(counts, key=lambda code: (-counts[code], code)))
+    colours = np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=1)
+    palette = colours[:COLOURS]
+    nearest = np.zeros(1 << 24, dtype=np.uint8)
+    nearest[codes] = np.linalg.norm(colours[:, None] - palette[None], axis=-1).argmin(axis=1)
+    images = []
+    for frame in packed:
+        height, width = frame.shape
+        image = Image.frombytes("P", (width, height), nearest[frame].tobytes())
+        image.putpalette(palette.astype(np.uint8).tobytes())
+        images.append(image)
+    return images

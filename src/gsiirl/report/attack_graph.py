@@ -26,14 +26,12 @@ class AttackGraph:
     """Whether the attacker may attack nothing."""
 
     @classmethod
-    def read(cls, game: dict[str, Any], run: Path) -> "AttackGraph | None":
-        """The graph in `game.json`, or None where the game is of another kind.
+    def read(cls, game: dict[str, Any], run: Path) -> "AttackGraph":
+        """The graph in `game.json`.
 
         Raises:
             InputError: the description is damaged; `run` names it.
         """
-        if game.get("kind") != "attack_graph":
-            return None
         try:
             names = [str(node["name"]) for node in game["nodes"]]
             index = {name: position for position, name in enumerate(names)}

@@ -30,15 +30,24 @@ class Crossing:
             InputError: the description is damaged; `run` names it.
         """
         try:
-            shapes = {"robot_goal": (2,), "human_goal": (2,)}
-            shapes |= dict.fromkeys(("robot_start", "human_start", "arena"), (2, 2))
-            arrays = {name: np.array(game[name], dtype=float) for name in shapes}
-            wrong = [name for name, shape in shapes.items() if arrays[name].shape != shape]
-            if wrong:
-                raise ValueError(f"{wrong[0]} is no place or box")
-            lengths = {name: float(game[name]) for name in ("goal_radius", "safe_distance", "collision_distance")}
-            return cls(**arrays, **lengths)
+            return cls(
+                robot_goal=_array(game, "robot_goal", (2,)),
+                human_goal=_array(game, "human_goal", (2,)),
+                robot_start=_array(game, "robot_start", (2, 2)),
+                human_start=_array(game, "human_start", (2, 2)),
+                arena=_array(game, "arena", (2, 2)),
+                goal_radius=float(game["goal_radius"]),
+                safe_distance=float(game["safe_distance"]),
+                collision_distance=float(game["collision_distance"]),
+            )
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(
                 str(run / "game.json"), f"is damaged ({error!r})", "start the run again in another folder"
             ) from error
+
+
+def _array(game: dict[str, Any], name: str, shape: tuple[int, ...]) -> np.ndarray:
+    array = np.array(game[name], dtype=float)
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}, not {shape}")
+    return array

@@ -61,7 +61,7 @@ def _draw_scene(axes: Axes, crossing: Crossing, episode: PlaneEpisode, until: in
     draw_box(axes, crossing.robot_start, ROBOT_COLOUR, "robot starts")
     draw_box(axes, crossing.human_start, HUMAN_COLOUR, "human starts")
     draw_place(axes, crossing.robot_goal, crossing.goal_radius, ROBOT_COLOUR, "robot's goal")
-    draw_place(axes, crossing.human_goal, crossing.goal_radius, HUMAN_COLOUR, "human's goal")
+    draw_place(axes, crossing.human_goal, crossing.goal_radius, HUMAN_COLOUR, "human's goal", below=True)
     draw_way(axes, episode.positions["robot"], until, ROBOT_COLOUR, "robot")
     draw_way(axes, episode.positions["human"], until, HUMAN_COLOUR, "human")
 
@@ -86,12 +86,5 @@ def _draw_distance(panel: Axes, crossing: Crossing, episode: PlaneEpisode, neare
             size=9,
         )
     panel.plot(nearest, apart[nearest], "o", markersize=10, markerfacecolor="none", markeredgecolor=TEXT_COLOUR)
-    panel.set_ylim(0, 1.12 * float(np.max(apart)))
-    panel.annotate(
-        f"nearest: {apart[nearest]:.2f}",
-        (nearest, apart[nearest]),
-        xytext=(8, 10),
-        textcoords="offset points",
-        size=9,
-    )
-    panel.set(title="Distance between the two", xlabel="step", ylabel="distance")
+    panel.set_ylim(0, 1.05 * max(float(np.max(apart)), crossing.safe_distance))
+    panel.set(title=f"Distance between the two, at least {apart[nearest]:.2f}", xlabel="step", ylabel="distance")

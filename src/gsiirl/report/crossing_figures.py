@@ -59,7 +59,7 @@ def _reward_map(group: GameGroup, crossing: Crossing, rewards: RewardMap, name: 
         f"{group.key}-reward-map",
         "Where does the human want to be?",
         f"The human's reward of a step by where the human is, the robot being far away: the darker, the better. The "
-        f"robot ({name}, mean over {len(rewards.peaks)} seeds) has found the goal where the circle lies on the star. "
+        f"robot ({name}, mean over {len(rewards.peaks)} seeds) has found the goal if the circle lies on the star. "
         "Only differences count, so both maps run from their own lowest to their own highest value.",
         "The human's reward over the plane, learned and true",
         picture(draw_reward_map(crossing, rewards)),

@@ -28,7 +28,7 @@ def draw_deception(episode: PlaneEpisode) -> Figure:
     ):
         panel.plot(steps, heights, color=colour, linewidth=2, marker="o", markersize=3.5, label=text)
     panel.fill_between(steps, agents_distance(episode), adversary_distance(episode), color=FAINT_COLOUR, alpha=0.1)
-    panel.set(title="Distance to the target", xlabel="step", ylabel="distance")
+    panel.set(title="Distance to the good agents' target", xlabel="step", ylabel="distance")
     panel.set_ylim(bottom=0)
     panel.legend(fontsize=9)
     figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9.5)

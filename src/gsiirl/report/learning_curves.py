@@ -1,6 +1,7 @@
 """One metric of every run along the iterations, with MARL's level and random play's."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -21,7 +22,7 @@ class Level:
     label: str
     value: float
     colour: str
-    line: str
+    line: Literal["--", "-.", ":"]
 
 
 def draw_curves(panel: Axes, group: GameGroup, metric: str) -> list[float]:
@@ -75,6 +76,11 @@ def legend_handles(group: GameGroup, levels: list[Level]) -> list[Line2D]:
     return curves + [
         Line2D([], [], color=level.colour, linewidth=1.6, linestyle=level.line, label=level.label) for level in levels
     ]
+
+
+def legend_columns(handles: list[Line2D]) -> int:
+    """So that a legend above a figure fills its rows."""
+    return 4 if len(handles) <= 4 else 3
 
 
 def number_iterations(panel: Axes) -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
+from matplotlib.patheffects import withStroke
 
 from gsiirl.report.figure_style import FAINT_COLOUR
 
@@ -35,6 +36,8 @@ def draw_place(axes: Axes, place: np.ndarray, radius: float, colour: str, text: 
         size=9,
         weight="bold",
         zorder=7,
+        # Readable across a way.
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],
     )
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from gsiirl.report.estimate import Estimate, format_share
+from gsiirl.report.estimate import Estimate, format_number, format_share
 from gsiirl.report.group import GameGroup
 from gsiirl.report.run import ReportedRun
 
@@ -85,7 +85,7 @@ class QualityRow:
         if form == "count":
             return f"{estimate.mean:.0f}"
         if form == "share":
-            return f"{format_share(estimate.mean)} ± {format_share(estimate.std)}"
+            return f"{format_number(100 * estimate.mean, 1)} ± {format_share(estimate.std)}"
         return f"{estimate.mean:.3f} ± {estimate.std:.3f}".replace("-", "\N{MINUS SIGN}")
 
     def json(self) -> dict[str, Any]:

@@ -4,7 +4,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from gsiirl.report.group import GameGroup
-from gsiirl.report.learning_curves import draw_curves, draw_level, legend_handles, marl_levels, number_iterations
+from gsiirl.report.learning_curves import (
+    draw_curves,
+    draw_level,
+    legend_columns,
+    legend_handles,
+    marl_levels,
+    number_iterations,
+)
 
 PANELS = (
     ("collision_rate", "They collide"),
@@ -20,14 +27,16 @@ def draw_rates(group: GameGroup) -> Figure | None:
         return None
     figure = Figure(figsize=(9.6, 3.5), layout="constrained")
     for axes, (metric, title) in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-        draw_curves(axes, group, metric)
+        heights = draw_curves(axes, group, metric)
         for level in marl_levels(group, metric):
             draw_level(axes, level)
+            heights.append(level.value)
         axes.set_title(title)
         number_iterations(axes)
-        # A band of one standard deviation may leave what a rate can be.
-        axes.set_ylim(-0.03, 1.03)
+        # What is rare is drawn large; a band of one standard deviation may leave what a share can be.
+        top = min(1.0, max(0.1, *heights))
+        axes.set_ylim(-0.03 * top, 1.05 * top)
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-    levels = marl_levels(group, panels[0][0])
-    figure.legend(handles=legend_handles(group, levels), loc="outside upper center", ncols=4, fontsize=9.5)
+    handles = legend_handles(group, marl_levels(group, panels[0][0]))
+    figure.legend(handles=handles, loc="outside upper center", ncols=legend_columns(handles), fontsize=9.5)
     return figure

@@ -8,6 +8,7 @@ from gsiirl.report.group import GameGroup
 from gsiirl.report.learning_curves import (
     draw_curves,
     draw_level,
+    legend_columns,
     legend_handles,
     marl_levels,
     number_iterations,
@@ -16,7 +17,7 @@ from gsiirl.report.learning_curves import (
 )
 
 ROWS = (
-    ("deployed", "deployed: the {learner} that learned against the real {expert}"),
+    ("deployed", "deployed: what the {learner} learned, against the real {expert}"),
     ("model", "model: both play what the {learner} {expects}"),
 )
 
@@ -48,7 +49,7 @@ def draw_returns(group: GameGroup) -> Figure | None:
     levels = marl_levels(group, "return_learner")
     random = random_level(group, "return_learner")
     handles = legend_handles(group, levels if random is None else [*levels, random])
-    figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=9.5)
+    figure.legend(handles=handles, loc="outside upper center", ncols=legend_columns(handles), fontsize=9.5)
     return figure
 
 

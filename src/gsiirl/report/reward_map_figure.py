@@ -30,8 +30,15 @@ def draw_reward_map(crossing: Crossing, rewards: RewardMap) -> Figure:
         _mark(panel, crossing.human_goal, "*", 17, "white", "the human's true goal")
         panel.set_title(title)
     # Seeds that agree lie on each other.
-    panels[0].plot(*rewards.peaks.T, "x", color="#ea580c", markersize=8, markeredgewidth=2, label="best of each seed")
-    _mark(panels[0], rewards.peak, "o", 15, "none", "best of the mean")
+    panels[0].plot(
+        *rewards.peaks.T,
+        "x",
+        color="#ea580c",
+        markersize=8,
+        markeredgewidth=2,
+        label="highest learned reward, each seed",
+    )
+    _mark(panels[0], rewards.peak, "o", 15, "none", "highest mean learned reward")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9.5)
     figure.colorbar(image, ax=panels, label="human's reward, lowest 0, highest 1", shrink=0.85)
     return figure

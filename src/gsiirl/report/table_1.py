@@ -10,8 +10,7 @@ from gsiirl.report.gap import Gap
 from gsiirl.report.group import GameGroup
 from gsiirl.report.paper_results import PAPER_RESULTS
 
-THE_PAPERS_OWN = ("mpe", "default", "zero_sum")
-"""Variants that the paper has."""
+PAPER_VARIANTS = ("mpe", "default", "zero_sum")
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,9 @@ class Table1Column:
     @property
     def choice(self) -> str:
         """Why this game, or nothing where there is but one."""
-        return f"{self.heading} shows {self.game}, one of {self.games} such games below." if self.games > 1 else ""
+        if self.games == 1:
+            return ""
+        return f"{self.heading} shows {self.game}: of the {self.games} games below the one with the most algorithms."
 
     @property
     def gap(self) -> Gap | None:
@@ -49,7 +50,7 @@ class Table1Column:
     @property
     def sentence(self) -> str:
         """The gap in words, beside the paper's."""
-        paper = f"the paper's ends {PAPER_RESULTS[self.group.experiment].gap}"
+        paper = f"the paper's GSIIRL ends {PAPER_RESULTS[self.group.experiment].gap} its MARL"
         if self.gap is None:
             return f"{self.heading}: no GSIIRL to compare with MARL here; {paper}."
         found = self.gap.difference
@@ -74,8 +75,8 @@ class Table1:
         for experiment in PAPER_RESULTS:
             games = [(group, rows) for group, rows in compared if group.experiment == experiment]
             if games:
-                # The paper's own variant first, else what was given first.
-                group, rows = min(games, key=lambda each: each[0].game.get("variant") not in THE_PAPERS_OWN)
+                # Of equals the paper's own variant, then what was given first.
+                group, rows = max(games, key=lambda each: (len(each[1]), each[0].game.get("variant") in PAPER_VARIANTS))
                 first = {row.algorithm: row for row in reversed(rows)}
                 columns.append(Table1Column(group, first, len(games)))
         return cls(columns) if len(columns) > 1 else None

@@ -80,7 +80,7 @@ def _crossing_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[st
     rates = [
         f"{words} in {format_share(rate.mean)}" + ("" if marl is None else f" (MARL {format_share(marl)})")
         for metric, words in (
-            ("collision_rate", "robot and human collide"),
+            ("collision_rate", "the two collide"),
             ("goal_rate_robot", "the robot reaches its goal"),
             ("goal_rate_human", "the human reaches its own"),
         )
@@ -88,7 +88,7 @@ def _crossing_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[st
         for marl in [group.reference(f"truth_{metric}")]
     ]
     if rates:
-        sentences.append(f"With {label}, {', '.join(rates)} of the encounters.")
+        sentences.append(f"In the encounters of the robot of {label}, {', '.join(rates)}.")
     error = run.estimate("human_goal_error")
     if error is not None:
         radius = group.game.get("goal_radius")
