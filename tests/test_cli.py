@@ -3,7 +3,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -11,7 +11,7 @@ import gsiirl.experiments
 from gsiirl import __version__
 from gsiirl.cli import main
 from gsiirl.errors import InputError
-from gsiirl.experiments.config import config_to_dict
+from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
 from gsiirl.experiments.security import SecurityConfig
 from gsiirl.runs import Findings
 
@@ -37,8 +37,13 @@ def runner(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def reports(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[Path], Path]]:
     """What a stand-in of the report was asked to draw."""
     calls: list[tuple[list[Path], Path]] = []
+
+    def build_report(folders: list[Path], out: Path) -> SimpleNamespace:
+        calls.append((folders, out))
+        return SimpleNamespace(page=out / "index.html")
+
     module = ModuleType("gsiirl.report")
-    module.__dict__.update(build_report=lambda folders, out: calls.append((folders, out)))
+    module.__dict__.update(build_report=build_report)
     monkeypatch.setitem(sys.modules, module.__name__, module)
     return calls
 
@@ -58,10 +63,10 @@ def refused(capsys: pytest.CaptureFixture[str]) -> Message:
     return message
 
 
-def make_run(folder: Path, **changes: object) -> Path:
+def make_run(folder: Path, config: ExperimentConfig | None = None, **changes: object) -> Path:
     folder.mkdir(parents=True)
     game = {"format_version": 1, "kind": "attack_graph"}
-    (folder / "config.json").write_text(json.dumps(config_to_dict(SecurityConfig()) | changes))
+    (folder / "config.json").write_text(json.dumps(config_to_dict(config or SecurityConfig()) | changes))
     (folder / "game.json").write_text(json.dumps(game))
     return folder
 
@@ -70,7 +75,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == __version__
     assert main(["--help"]) == 0
-    assert {"run", "resume", "theory", "report", "list"} <= set(capsys.readouterr().out.split())
+    assert {"run", "resume", "reproduce", "theory", "report", "list"} <= set(capsys.readouterr().out.split())
     assert main(["run", "security", "--help"]) == 0
     shown = capsys.readouterr().out
     assert "--graph-seed INT" in shown
@@ -97,7 +102,10 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        ("secruity", "secruity: is no command of `gsiirl`; choose from run, resume, ablation, theory, report, list"),
+        (
+            "secruity",
+            "secruity: is no command of `gsiirl`; choose from run, resume, reproduce, ablation, theory, report, list",
+        ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
         ("run secruity", "secruity: is no command of `gsiirl run`; did you mean security?"),
@@ -124,6 +132,20 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         (
             "run security --out x y",
             "y: is one argument too many for `gsiirl run security`; see `gsiirl run security --help`",
+        ),
+        ("run crossing", "--out: is missing; add --out DIR"),
+        (
+            "run crossing --out x --graph y",
+            "--graph: is no flag of `gsiirl run crossing`; see `gsiirl run crossing --help`",
+        ),
+        ("run crossing --out x --hidden 0", "--hidden: cannot be 0; give a whole number of at least 1"),
+        ("run deception --out x --variant foo", "--variant: cannot be foo; choose mpe or separate_target"),
+        ("reproduce", "--out: is missing; add --out DIR"),
+        ("reproduce --out x --seeds 0", "--seeds: cannot be 0; give a whole number of at least 1"),
+        ("reproduce --out x --quik", "--quik: is no flag of `gsiirl reproduce`; did you mean --quick?"),
+        (
+            "reproduce --out x --algorithm paper",
+            "--algorithm: is no flag of `gsiirl reproduce`; see `gsiirl reproduce --help`",
         ),
         ("report --out x", "DIR: no run folder was named; give the --out folder of at least one run"),
         ("report x", "--out: is missing; add --out DIR"),
@@ -160,6 +182,13 @@ def test_bad_input_found_by_the_runner_gets_one_line(runner: ModuleType, refused
     assert message == "--graph: smal is not known; see `gsiirl list`"
 
 
+def test_settings_that_do_not_go_together_get_one_line(refused: Message, tmp_path: Path):
+    out = tmp_path / "run"
+    message = refused(["run", "deception", "--solver", "maddpg", "--out", str(out)])
+    assert message == "solver: maddpg does not go with algorithm gsiirl; use pathwise, or algorithm marl"
+    assert not out.exists()
+
+
 def test_an_error_of_the_program_keeps_its_traceback(runner: ModuleType):
     def run(config: SecurityConfig, out: Path) -> None:
         raise ValueError("a fault")
@@ -182,10 +211,57 @@ def test_an_interrupted_run_says_how_to_go_on(runner: ModuleType, tmp_path: Path
         assert capsys.readouterr().err == f"gsiirl: interrupted: go on with `gsiirl resume '{folder}'`\n"
 
 
-def test_resume_goes_on_with_a_run(runner: ModuleType, tmp_path: Path):
-    folder = make_run(tmp_path / "run")
+@pytest.mark.parametrize("kind", EXPERIMENTS.values())
+def test_resume_goes_on_with_a_run_of_any_experiment(kind: type[ExperimentConfig], runner: ModuleType, tmp_path: Path):
+    folder = make_run(tmp_path / "run", kind())
     assert main(["resume", str(folder)]) == 0
     assert runner.calls == [(folder,)]
+
+
+def test_reproduce_runs_the_plan_and_reports_it(
+    runner: ModuleType,
+    reports: list[tuple[list[Path], Path]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    refused: Message,
+):
+    def run(config: ExperimentConfig, folder: Path) -> None:
+        runner.calls.append((config, folder))
+        make_run(folder, config.resolved())
+        failed = [1] if folder == tmp_path / "crossing" / "paper" else []
+        summary = {"format_version": 1, "failed_seeds": failed}
+        (folder / "summary.json").write_text(json.dumps(summary))
+
+    runner.__dict__["run"] = run
+    command = ["reproduce", "--quick", "--out", str(tmp_path)]
+    assert main(command) == 0
+    captured = capsys.readouterr()
+    assert captured.out == f"{tmp_path / 'report' / 'index.html'}\n"
+    assert captured.err == f"gsiirl: {tmp_path / 'crossing' / 'paper'}: failed seeds 1\n"
+    folders = [folder for _, folder in runner.calls]
+    assert len(folders) == 12
+    assert reports == [(folders, tmp_path / "report")]
+    assert {config.seeds for config, _ in runner.calls} == {2}
+    # Again, the same runs are asked for; with other settings it is refused.
+    assert main(command) == 0
+    assert runner.calls[12:] == [(folder,) for folder in folders]
+    capsys.readouterr()
+    first = tmp_path / "security-zero-sum" / "gsiirl"
+    message = f"--out: {first} holds a run with other settings; use another folder"
+    assert refused([*command, "--seeds", "3"]) == message
+    assert len(runner.calls) == 24
+
+
+def test_an_interrupted_reproduction_says_how_to_go_on(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    runner.__dict__["run"] = interrupt
+    assert main(["reproduce", "--maddpg", "--out", str(tmp_path)]) == 130
+    again = f"gsiirl reproduce --maddpg --seeds 10 --out {tmp_path}"
+    assert capsys.readouterr().err == f"gsiirl: interrupted: finished runs are kept; go on with `{again}`\n"
 
 
 def test_a_damaged_run_is_not_resumed(runner: ModuleType, tmp_path: Path, refused: Message):
@@ -240,7 +316,8 @@ def test_list_names_what_is_known(capsys: pytest.CaptureFixture[str]):
     assert main(["list"]) == 0
     known = {line.split()[0]: line.split(maxsplit=1)[1] for line in capsys.readouterr().out.splitlines()}
     assert list(known) == ["experiments", "scenarios", "algorithms", "solvers", "experts"]
-    assert known["experiments"] == "security"
+    assert known["experiments"] == "security, crossing, deception"
+    assert known["solvers"] == "logit, soft_joint, q_learning, pathwise, maddpg"
     assert known["algorithms"] == "gsiirl, paper, ma-irl, marl"
     assert "small-linear" in known["scenarios"].split(", ")
 

@@ -36,8 +36,19 @@ _run.command(
     name="security",
     help="A defender lives with an attacker on an attack graph.",
 )
+_run.command("gsiirl.experiments.commands:crossing", name="crossing", help="A robot crosses the way of a human.")
+_run.command(
+    "gsiirl.experiments.commands:deception",
+    name="deception",
+    help="Two agents keep an adversary from their target.",
+)
 app.command(_run)
 app.command("gsiirl.experiments.commands:resume", name="resume", help="Go on with an interrupted run.")
+app.command(
+    "gsiirl.experiments.commands:reproduce",
+    name="reproduce",
+    help="The paper's comparison: every algorithm on every game, then the report.",
+)
 app.command(
     "gsiirl.experiments.commands:ablation",
     name="ablation",
@@ -70,16 +81,21 @@ def report(
 @app.command(name="list")
 def list_known() -> None:
     """Known experiments, scenarios, algorithms, solvers and experts."""
-    from gsiirl.experiments.security import SecurityConfig
+    from gsiirl.experiments.config import EXPERIMENTS
     from gsiirl.scenarios import known_scenarios
 
-    hints = get_type_hints(SecurityConfig)
+    def choices(field: str) -> list[str]:
+        """What any of the experiments lets the field be, each once."""
+        return list(
+            dict.fromkeys(name for kind in EXPERIMENTS.values() for name in get_args(get_type_hints(kind)[field]))
+        )
+
     known = {
-        "experiments": [name for name in _run if not name.startswith("-")],
+        "experiments": list(EXPERIMENTS),
         "scenarios": known_scenarios(),
-        "algorithms": get_args(hints["algorithm"]),
-        "solvers": get_args(hints["solver"]),
-        "experts": get_args(hints["expert"]),
+        "algorithms": choices("algorithm"),
+        "solvers": choices("solver"),
+        "experts": choices("expert"),
     }
     for kind, names in known.items():
         print(f"{kind:<12} {', '.join(names) or 'none'}")

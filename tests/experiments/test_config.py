@@ -7,19 +7,24 @@ import pytest
 
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import (
+    EXPERIMENTS,
+    ExperimentConfig,
     config_from_dict,
     config_to_dict,
     field_schemas,
     load_config,
     load_config_file,
 )
+from gsiirl.experiments.crossing import CrossingConfig
+from gsiirl.experiments.deception import DeceptionConfig
 from gsiirl.experiments.security import SecurityConfig
 from tests import helpers
 
 
-def test_every_field_has_help_and_a_default():
-    schemas = field_schemas(SecurityConfig)
-    assert list(schemas) == [field.name for field in dataclasses.fields(SecurityConfig)]
+@pytest.mark.parametrize("kind", EXPERIMENTS.values())
+def test_every_field_has_help_and_a_default(kind: type[ExperimentConfig]):
+    schemas = field_schemas(kind)
+    assert list(schemas) == [field.name for field in dataclasses.fields(kind)]
     assert all(schema["description"] and "default" in schema for schema in schemas.values())
 
 
@@ -49,6 +54,45 @@ def test_a_bad_value_is_told_in_one_line(values: dict[str, Any], message: str):
     with pytest.raises(InputError) as raised:
         load_config(SecurityConfig, values)
     assert str(raised.value) == message
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "message"),
+    [
+        (CrossingConfig, {"hidden": 0}, "hidden: cannot be 0; give a whole number of at least 1"),
+        (CrossingConfig, {"solver": "logit"}, "solver: cannot be logit; choose pathwise or maddpg"),
+        (CrossingConfig, {"expert": "x"}, "expert: cannot be x; choose responding"),
+        (CrossingConfig, {"variant": "mpe"}, "variant: is no field of the crossing experiment; the fields are "),
+        (DeceptionConfig, {"discount": 0}, "discount: cannot be 0; give a number above 0 and at most 1"),
+        (DeceptionConfig, {"variant": "x"}, "variant: cannot be x; choose mpe or separate_target"),
+        (
+            DeceptionConfig,
+            {"iteration": 1},
+            "iteration: is no field of the deception experiment; did you mean iteratio",
+        ),
+    ],
+)
+def test_every_experiment_checks_its_own_fields(kind: type[ExperimentConfig], values: dict[str, Any], message: str):
+    with pytest.raises(InputError) as raised:
+        load_config(kind, values)
+    assert str(raised.value).startswith(message)
+
+
+def test_maddpg_is_for_marl_only():
+    assert CrossingConfig(solver="maddpg", algorithm="marl").resolved().solver == "maddpg"
+    with pytest.raises(InputError, match="solver: maddpg does not go with algorithm gsiirl; use pathwise, or"):
+        CrossingConfig(solver="maddpg").resolved()
+
+
+@pytest.mark.parametrize("kind", EXPERIMENTS.values())
+@pytest.mark.parametrize("algorithm", ["gsiirl", "paper", "ma-irl", "marl"])
+def test_a_preset_fills_in_only_what_is_not_given(kind: type[ExperimentConfig], algorithm: str):
+    full = load_config(kind, {"algorithm": algorithm}).resolved()
+    assert (full.response, full.remembered == 1) == (
+        ("frozen", True) if algorithm == "paper" else ("well_specified", False)
+    )
+    assert full.resolved() == full
+    assert load_config(kind, {"algorithm": algorithm, "remembered": 7}).resolved().remembered == 7
 
 
 def test_an_unlike_field_gets_the_list_of_fields():
@@ -93,10 +137,17 @@ def test_an_unreadable_file_is_told(tmp_path: Path, content: bytes | None, probl
     assert "\n" not in str(raised.value)
 
 
-def test_a_configuration_survives_its_file():
-    config = SecurityConfig(algorithm="ma-irl", temperature=0.1, graph="small")
+@pytest.mark.parametrize(
+    ("experiment", "config"),
+    [
+        ("security", SecurityConfig(algorithm="ma-irl", temperature=0.1, graph="small")),
+        ("crossing", CrossingConfig(algorithm="paper", step_size=0.1)),
+        ("deception", DeceptionConfig(algorithm="marl", solver="maddpg", variant="separate_target")),
+    ],
+)
+def test_a_configuration_survives_its_file(experiment: str, config: ExperimentConfig):
     content = config_to_dict(config)
-    assert (content["format_version"], content["experiment"]) == (1, "security")
+    assert (content["format_version"], content["experiment"]) == (1, experiment)
     assert config_from_dict(json.loads(json.dumps(content)), Path("config.json")) == config
 
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from gsiirl.errors import InputError
-from gsiirl.experiments.config import config_from_dict, load_config
+from gsiirl.experiments.config import load_config
+from gsiirl.experiments.plan import PlannedRun, carry_out, check_folders
 from gsiirl.experiments.security import SecurityConfig
-from gsiirl.runs import Ablation, RunFolder, Variant
+from gsiirl.runs import Ablation, Variant
 
 
 @dataclass(frozen=True)
@@ -53,27 +53,14 @@ def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path) -> 
     What is finished there is kept, and what was interrupted is gone on with.
 
     Raises:
-        InputError: a folder under `out` holds another run.
+        InputError: a folder under `out` holds anything else.
     """
-    from gsiirl.experiments import runner
-
     ablation = Ablation(graphs=[f"graph-{seed}" for seed in graph_seeds], variants=[each for each, _ in variants()])
     planned = [
-        (out / graph / variant.name, load_config(SecurityConfig, {**base, **fields, "graph_seed": seed}))
+        PlannedRun(out / graph / variant.name, load_config(SecurityConfig, {**base, **fields, "graph_seed": seed}))
         for seed, graph in zip(graph_seeds, ablation.graphs, strict=True)
         for variant, fields in variants()
     ]
-    for folder, config in planned:
-        if RunFolder.is_at(folder):
-            _refuse_another(folder, config)
+    check_folders(planned)
     ablation.write(out)
-    for folder, config in planned:
-        if RunFolder.is_at(folder):
-            runner.resume(folder)
-        else:
-            runner.run(config, folder)
-
-
-def _refuse_another(folder: Path, config: SecurityConfig) -> None:
-    if config_from_dict(RunFolder.open(folder).config, folder / "config.json") != config.resolved():
-        raise InputError("--out", f"{folder} holds a run with other settings", "use another folder")
+    carry_out(planned)

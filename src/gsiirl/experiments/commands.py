@@ -2,6 +2,7 @@
 
 import inspect
 import shlex
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -92,6 +93,46 @@ def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /
     with _resumable(folder):
         runner.resume(folder)
     _print_end(folder)
+
+
+def reproduce(
+    *,
+    quick: Annotated[
+        bool,
+        Parameter(negative="", help="2 seeds and few iterations, the paper's variant of security only: minutes."),
+    ] = False,
+    seeds: Annotated[
+        str | None, Parameter(metavar="INT", help="Number of seeds; default 10, and 2 with --quick.")
+    ] = None,
+    maddpg: Annotated[bool, Parameter(negative="", help="Also MARL by the paper's MADDPG.")] = False,
+    out: Annotated[
+        Path,
+        Parameter(metavar="DIR", help="Folder for the runs and the report; one of an earlier call is gone on with."),
+    ],
+) -> None:
+    """Every algorithm on security, crossing and deception, then the report: the paper's Table 1 and Figures 2-4.
+
+    Finished runs in DIR are kept and an interrupted one is gone on with.
+    """
+    number = load_config(SecurityConfig, {"seeds": (2 if quick else 10) if seeds is None else seeds}, flag).seeds
+    from gsiirl.experiments.plan import carry_out, check_folders, failed_seeds
+    from gsiirl.experiments.reproduce import plan
+
+    planned = plan(out, number, quick, maddpg)
+    # Before anything slow is imported, so that bad input is answered at once.
+    check_folders(planned)
+    from gsiirl.report import build_report
+
+    try:
+        carry_out(planned)
+        page = build_report([each.folder for each in planned], out / "report").page
+    except KeyboardInterrupt:
+        flags = [f"--{name}" for name, given in (("quick", quick), ("maddpg", maddpg)) if given]
+        again = shlex.join(["gsiirl", "reproduce", *flags, "--seeds", str(number), "--out", str(out)])
+        raise KeyboardInterrupt(f"finished runs are kept; go on with `{again}`") from None
+    for folder, failed in failed_seeds(planned).items():
+        print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))}", file=sys.stderr)
+    print(page)
 
 
 def ablation(

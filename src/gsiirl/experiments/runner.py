@@ -147,11 +147,7 @@ def _restored(checkpoint: Checkpoint, like: PyTree) -> PyTree:
         stored = checkpoint.arrays.get(name)
         if stored is None:
             raise InputError("checkpoint", f"holds no {name}", ANOTHER_VERSION)
-        restored = (
-            jax.random.wrap_key_data(jnp.asarray(stored), impl=jax.random.key_impl(leaf))
-            if _is_key(leaf)
-            else jnp.asarray(stored, leaf.dtype)
-        )
+        restored = jax.random.wrap_key_data(jnp.asarray(stored)) if _is_key(leaf) else jnp.asarray(stored, leaf.dtype)
         if restored.shape != leaf.shape:
             raise InputError("checkpoint", f"holds {name} of shape {restored.shape}, not {leaf.shape}", ANOTHER_VERSION)
         leaves.append(restored)

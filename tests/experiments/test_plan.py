@@ -1,0 +1,134 @@
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from problems import tiny_config
+
+from gsiirl.errors import InputError
+from gsiirl.experiments import runner
+from gsiirl.experiments.config import config_to_dict
+from gsiirl.experiments.plan import PlannedRun, carry_out, check_folders, failed_seeds
+from gsiirl.experiments.security import SecurityConfig
+from gsiirl.runs import RunFolder
+
+
+@pytest.fixture
+def done(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Path]]:
+    """What a stand-in of the runner was asked to do, in order; each run gets what makes its folder a run folder."""
+    calls: list[tuple[str, Path]] = []
+
+    def run(config: SecurityConfig, folder: Path) -> None:
+        RunFolder.create(folder, config_to_dict(config.resolved()), {"name": "none"})
+        calls.append(("run", folder))
+
+    monkeypatch.setattr(runner, "run", run)
+    monkeypatch.setattr(runner, "resume", lambda folder: calls.append(("resume", folder)))
+    return calls
+
+
+def planned(folder: Path) -> list[PlannedRun]:
+    return [PlannedRun(folder / name, tiny_config(algorithm=name)) for name in ("marl", "ma-irl")]
+
+
+def test_what_is_there_is_gone_on_with_and_the_rest_begun(done, tmp_path):
+    first, second = planned(tmp_path)
+    carry_out([first])
+    carry_out([first, second])
+    assert done == [("run", first.folder), ("resume", first.folder), ("run", second.folder)]
+
+
+@pytest.mark.parametrize("left", [[], ["game.json.aside"], ["game.json", "config.json.aside"]])
+def test_a_folder_cut_before_it_was_a_run_is_begun_anew(done, tmp_path, left: list[str]):
+    [each, _] = planned(tmp_path)
+    each.folder.mkdir()
+    for name in left:
+        (each.folder / name).write_text("{")
+    carry_out([each])
+    assert done == [("run", each.folder)]
+    assert not list(each.folder.glob("*.aside"))
+
+
+def test_nothing_is_begun_when_any_folder_is_not_free(done, tmp_path):
+    runs = planned(tmp_path)
+    last = runs[-1].folder
+    RunFolder.create(last, config_to_dict(tiny_config(seeds=7).resolved()), {"name": "none"})
+    with pytest.raises(InputError, match="ma-irl holds a run with other settings; use another folder"):
+        carry_out(runs)
+    (last / "config.json").write_text("{")
+    with pytest.raises(InputError, match=r"config\.json: is damaged"):
+        carry_out(runs)
+    (last / "config.json").unlink()
+    (last / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="ma-irl holds other files"):
+        carry_out(runs)
+    assert (last / "notes.txt").read_text() == "mine"
+    for path in last.iterdir():
+        path.unlink()
+    last.rmdir()
+    last.write_text("mine")
+    with pytest.raises(InputError, match="ma-irl is a file"):
+        carry_out(runs)
+    with pytest.raises(InputError, match="ma-irl is a file"):
+        check_folders(planned(last))
+    assert done == []
+
+
+def test_a_plan_does_not_go_into_a_run(done, tmp_path):
+    RunFolder.create(tmp_path, config_to_dict(tiny_config().resolved()), {"name": "none"})
+    with pytest.raises(InputError, match="holds a run; use another folder"):
+        carry_out(planned(tmp_path / "deep" / "in"))
+    assert done == []
+
+
+def test_a_configuration_that_cannot_be_used_stops_the_plan_before_it_begins(done, tmp_path):
+    good, _ = planned(tmp_path)
+    bad = PlannedRun(tmp_path / "bad", tiny_config(solver="q_learning", hypergradient="implicit"))
+    with pytest.raises(InputError, match="q_learning cannot be differentiated"):
+        carry_out([good, bad])
+    assert done == []
+
+
+def test_failed_seeds_are_named_by_run(done, tmp_path):
+    runs = planned(tmp_path)
+    carry_out(runs)
+    for (folder, _), failed in zip(runs, ([], [3, 5]), strict=True):
+        RunFolder.open(folder).write_summary({"failed_seeds": failed})
+    assert failed_seeds(runs) == {runs[1].folder: [3, 5]}
+
+
+PLAN = """
+import sys
+from pathlib import Path
+from gsiirl.experiments.config import load_config
+from gsiirl.experiments.plan import PlannedRun, carry_out
+from gsiirl.experiments.security import SecurityConfig
+tiny = {"solver": "soft_joint", "nodes": 4, "edges": 5, "horizon": 3, "seeds": 2, "iterations": 7, "trajectories": 5}
+out = Path(sys.argv[1])
+carry_out([
+    PlannedRun(out / name, load_config(SecurityConfig, {**tiny, "algorithm": name})) for name in ("ma-irl", "marl")
+])
+"""
+
+
+def outcome(folder: Path) -> dict[str, bytes]:
+    files = [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".aside"]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files if path.name != "environment.json"}
+
+
+@pytest.mark.slow
+def test_a_plan_killed_again_and_again_ends_as_the_undisturbed_one(tmp_path):
+    command = [sys.executable, "-c", PLAN]
+    began = time.monotonic()
+    subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
+    took = time.monotonic() - began
+    out = tmp_path / "killed"
+    for part in (0.5, 0.8):
+        process = subprocess.Popen([*command, str(out)], stdout=subprocess.DEVNULL)
+        time.sleep(part * took)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    subprocess.run([*command, str(out)], check=True, capture_output=True)
+    assert outcome(out) == outcome(tmp_path / "whole")

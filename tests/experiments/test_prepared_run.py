@@ -1,0 +1,140 @@
+"""The runner with an experiment that is no game: whatever keeps to `PreparedRun` is run, cut and gone on with."""
+
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import polars
+import pytest
+from jaxtyping import Array, PRNGKeyArray, PyTree
+
+from gsiirl.errors import InputError
+from gsiirl.experiments import runner
+from gsiirl.experiments.crossing import CrossingConfig
+from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
+from gsiirl.runs import RunFolder
+
+CONFIG = CrossingConfig(seeds=3, first_seed=4, iterations=7)
+
+
+def walk(config: CrossingConfig, saved_game: Path | None) -> PreparedRun:
+    """A random walk, which keeps its random key in its state."""
+
+    def observe(state: PyTree) -> Record:
+        return {"position": state["position"], "distance": jnp.abs(state["position"])}
+
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        def one_step(state: PyTree, iteration: Array) -> tuple[PyTree, Record]:
+            own, step_key = jax.random.split(state["key"])
+            step = jax.random.normal(step_key) + jax.random.normal(jax.random.fold_in(key, iteration))
+            return {"key": own, "position": state["position"] + step}, observe(state)
+
+        return jax.lax.scan(one_step, state, first + jnp.arange(number))
+
+    def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
+        places = jnp.linspace(0.0, 1.0, 4, dtype=jnp.float32)
+        return Ending(
+            record=observe(state),
+            paths={"x": state["position"] + jax.random.normal(key, (2, 5)), "goal": jnp.zeros((2, 5), jnp.int32)},
+            learned={"expert_reward": jnp.stack([state["position"], -state["position"]])},
+            reward_map={"x": places, "y": -places, "learned": places * state["position"], "true": places},
+        )
+
+    return PreparedRun(
+        game={"name": "walk"},
+        algorithm=Algorithm(
+            lambda key: {"key": key, "position": jax.random.normal(key, dtype=jnp.float32)}, advance, finish
+        ),
+        iterations=config.iterations,
+        chunk=3,
+        references=lambda: {"constant": jnp.asarray(2.5)},
+        parameters={"expert_reward": Parameters(2.0, ("forth", "back"))},
+    )
+
+
+@pytest.fixture(autouse=True)
+def _walk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "_prepare", walk)
+
+
+@pytest.fixture
+def finished(tmp_path: Path) -> Path:
+    runner.run(CONFIG, tmp_path / "whole")
+    return tmp_path / "whole"
+
+
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    """Everything but how long it took, and a state that nobody reads again."""
+    files = [path for path in folder.rglob("*") if path.is_file() and path.name != "environment.json"]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+def test_every_part_of_the_ending_is_kept(finished: Path):
+    folder = RunFolder.open(finished)
+    assert (folder.config["experiment"], folder.game["name"]) == ("crossing", "walk")
+    metrics = folder.metrics()
+    assert metrics["seed"].to_list() == [seed for seed in (4, 5, 6) for _ in range(8)]
+    assert metrics["iteration"].to_list() == [*range(8)] * 3
+    assert set(metrics["constant"]) == {2.5}
+    paths = folder.paths()
+    assert paths is not None
+    assert paths.columns[:3] == ["seed", "trajectory", "step"]
+    assert (paths.schema["x"], paths.schema["goal"]) == (polars.Float64, polars.Int64)
+    assert paths["step"].to_list() == [*range(5)] * 6
+    reward_map = folder.reward_map()
+    assert reward_map is not None
+    assert set(reward_map.columns) == {"seed", "x", "y", "learned", "true"}
+    assert reward_map["seed"].to_list() == [seed for seed in (4, 5, 6) for _ in range(4)]
+    learned = folder.load_learned()
+    assert learned is not None
+    assert learned.arrays["expert_reward"].dtype == "float32"
+    last = metrics.filter(polars.col("iteration") == 7)["position"]
+    assert learned.weights("expert_reward")[:, 0].tolist() == (2.0 * last).to_list()
+
+
+@pytest.mark.parametrize("stop_after", [0, 1, 2, 3])
+def test_a_run_cut_anywhere_resumes_to_identical_bytes(finished, tmp_path, monkeypatch, stop_after: int):
+    saved: list[int] = []
+    append = RunFolder.append_metrics
+
+    def append_and_stop(folder: RunFolder, chunk: int, *arguments: object) -> None:
+        append(folder, chunk, *arguments)  # pyright: ignore[reportArgumentType]
+        if chunk == stop_after:
+            raise KeyboardInterrupt
+        saved.append(chunk)
+
+    monkeypatch.setattr(RunFolder, "append_metrics", append_and_stop)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(CONFIG, tmp_path / "cut")
+    assert saved == [*range(stop_after)]
+    monkeypatch.setattr(RunFolder, "append_metrics", append)
+    runner.resume(tmp_path / "cut")
+    assert bytes_of(tmp_path / "cut") == bytes_of(finished)
+
+
+def test_a_checkpoint_of_another_shape_is_refused(finished, monkeypatch):
+    (finished / "summary.json").unlink()
+    folder = RunFolder.open(finished)
+    checkpoint = folder.load_checkpoint()
+    assert checkpoint is not None
+    arrays = {name: array[:2] for name, array in checkpoint.arrays.items()}
+    folder.save_checkpoint(arrays, checkpoint.iteration, checkpoint.chunks)
+    with pytest.raises(InputError, match=r"checkpoint: holds .* of shape"):
+        runner.resume(finished)
+    folder.save_checkpoint({}, checkpoint.iteration, checkpoint.chunks)
+    with pytest.raises(InputError, match="checkpoint: holds no "):
+        runner.resume(finished)
+
+
+def test_the_experiment_chooses_the_precision(finished, monkeypatch, tmp_path):
+    precisions: list[bool] = []
+
+    def note(config: CrossingConfig, saved_game: Path | None) -> PreparedRun:
+        precisions.append(jax.config.jax_enable_x64)  # pyright: ignore[reportAttributeAccessIssue]
+        raise InputError("a", "b", "c")
+
+    monkeypatch.setattr(runner, "_prepare", note)
+    with pytest.raises(InputError):
+        runner.run(CONFIG, tmp_path / "single")
+    assert not (tmp_path / "single").exists()
+    assert precisions == [False]
