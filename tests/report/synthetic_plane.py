@@ -8,7 +8,7 @@ import numpy as np
 
 from gsiirl.runs import RunFolder, summarise
 
-STEPS = 12
+STEPS = 8
 CROSSING: dict[str, Any] = {
     "kind": "crossing",
     "name": "crossing",

@@ -192,7 +192,7 @@ def test_an_interrupted_run_is_shown_as_far_as_it_came(tmp_path: Path) -> None:
 
 def test_a_game_of_another_kind_has_returns_and_no_graph(tmp_path: Path) -> None:
     run = RunFolder.create(
-        tmp_path / "run", {"experiment": "crossing", "algorithm": "gsiirl"}, {"kind": "plane", "name": "crossing"}
+        tmp_path / "run", {"experiment": "pursuit", "algorithm": "gsiirl"}, {"kind": "grid", "name": "maze"}
     )
     run.append_metrics(
         0,

@@ -1,6 +1,7 @@
 """The sentences follow from the numbers."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from gsiirl.report.verdict import verdicts
 from gsiirl.runs import RunFolder, summarise
 
 
-def sentences(folder: Path, deployed: list[float], **metrics: float) -> list[str]:
-    run = RunFolder.create(folder / "run", {"experiment": "security", "algorithm": "gsiirl"}, {"name": "g"})
+def sentences(folder: Path, deployed: list[float], experiment: str = "security", **metrics: Any) -> list[str]:
+    run = RunFolder.create(folder / "run", {"experiment": experiment, "algorithm": "gsiirl"}, {"name": "g"})
     ones = np.ones(len(deployed))
     columns = {"truth_return_learner": -6.34, "random_return_learner": -9.1, **metrics}
     run.append_metrics(
@@ -52,3 +53,42 @@ def test_the_correlation_and_its_price_are_told(tmp_path: Path) -> None:
         "The attacker's reward as GSIIRL learned it correlates 0.997 with the true one (1 is perfect), "
         "after 5000 observed trajectories a seed."
     )
+
+
+def test_better_or_worse_is_decided_seed_by_seed(tmp_path: Path) -> None:
+    # The returns spread more than they differ from MARL's, which spread with them.
+    truth = np.array([-5.0, -7.0, -9.0])
+    (sentence,) = sentences(tmp_path, [-4.5, -6.4, -8.5], truth_return_learner=truth, random_return_learner=-20.0)
+    assert sentence.endswith("it does better than MARL.")
+
+
+def test_several_good_agents_are_spoken_of_as_such(tmp_path: Path) -> None:
+    found = sentences(
+        tmp_path, [-4.6, -4.7, -4.5], experiment="deception", target_preference=np.array([0.5, -0.1, 0.7])
+    )
+    assert found[0].startswith("The good agents that learned by interacting (GSIIRL) end at")
+    assert "good agents that play at random, at" in found[0]
+    assert found[0].endswith("they do better than MARL.")
+    assert found[1].endswith("GSIIRL found out in 2 of 3 seeds.")
+
+
+def test_collisions_and_arrivals_are_told_beside_marls(tmp_path: Path) -> None:
+    found = sentences(
+        tmp_path,
+        [-4.6, -4.7, -4.5],
+        experiment="crossing",
+        collision_rate=0.012,
+        truth_collision_rate=0.01,
+        goal_rate_robot=1.0,
+        human_goal_error=0.04,
+    )
+    assert found[1] == (
+        "In the encounters of the robot of GSIIRL, the two collide in 1.2 % (MARL 1.0 %), the robot reaches its goal "
+        "in 100.0 %."
+    )
+    assert found[2] == "GSIIRL places the human's goal 0.040 ± 0.000 from where it is."
+
+
+def test_what_sampling_alone_explains_of_the_misfit_is_told(tmp_path: Path) -> None:
+    found = sentences(tmp_path, [-4.6, -4.7, -4.5], feature_gap=0.08, feature_gap_noise=0.05)
+    assert found[1].endswith("by 0.080 in its features; sampling alone would make 0.050.")

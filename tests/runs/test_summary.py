@@ -72,7 +72,8 @@ def test_an_early_return_below_random_play_is_no_failure() -> None:
 
 
 def test_random_play_is_not_asked_of_marl_or_without_the_columns() -> None:
-    assert summarise({**CONFIG, "algorithm": "marl"}, metrics([-9.5]), completed=True)["failed_seeds"] == []
+    for algorithm in ("marl", "marl-maddpg"):
+        assert summarise({**CONFIG, "algorithm": algorithm}, metrics([-9.5]), completed=True)["failed_seeds"] == []
     without = metrics([-9.5]).drop("random_return_learner")
     assert summarise(CONFIG, without, completed=True)["failed_seeds"] == []
 

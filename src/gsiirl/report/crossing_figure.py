@@ -9,7 +9,7 @@ from gsiirl.report.animation import Animation, animate
 from gsiirl.report.crossing import Crossing
 from gsiirl.report.figure_style import ALARM_COLOUR, FAINT_COLOUR, SHIELD_COLOUR, TEXT_COLOUR
 from gsiirl.report.plane_episode import PlaneEpisode, distances
-from gsiirl.report.plane_scene import draw_box, draw_place, draw_way, prepare_plane
+from gsiirl.report.plane_scene import box_around, draw_box, draw_place, draw_way, prepare_plane
 
 ROBOT_COLOUR, HUMAN_COLOUR = SHIELD_COLOUR, ALARM_COLOUR
 
@@ -37,8 +37,8 @@ def animate_crossing(crossing: Crossing, episode: PlaneEpisode) -> Animation:
     """Robot and human step by step, with the distance that the robot should keep around it."""
 
     def draw(step: int) -> Figure:
-        figure = Figure(figsize=(4.8, 5.0), layout="constrained")
-        axes = figure.subplots()
+        figure = Figure(figsize=(4.8, 4.8))
+        axes = figure.add_axes((0.13, 0.11, 0.83, 0.83))
         _draw_scene(axes, crossing, episode, step)
         robot = episode.positions["robot"][step]
         too_close = _apart(episode)[step] < crossing.safe_distance
@@ -57,7 +57,8 @@ def _apart(episode: PlaneEpisode) -> np.ndarray:
 
 
 def _draw_scene(axes: Axes, crossing: Crossing, episode: PlaneEpisode, until: int) -> None:
-    prepare_plane(axes, crossing.arena)
+    # Who has not learned yet may leave the arena.
+    prepare_plane(axes, box_around(np.concatenate([crossing.arena.T, *episode.positions.values()]), 0.0))
     draw_box(axes, crossing.robot_start, ROBOT_COLOUR, "robot starts")
     draw_box(axes, crossing.human_start, HUMAN_COLOUR, "human starts")
     draw_place(axes, crossing.robot_goal, crossing.goal_radius, ROBOT_COLOUR, "robot's goal")

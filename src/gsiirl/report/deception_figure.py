@@ -8,7 +8,7 @@ from gsiirl.report.animation import Animation, animate
 from gsiirl.report.deception import AGENTS, LANDMARKS, adversary_distance, agents_distance, targets
 from gsiirl.report.figure_style import ALARM_COLOUR, FAINT_COLOUR, SHIELD_COLOUR
 from gsiirl.report.plane_episode import PlaneEpisode
-from gsiirl.report.plane_scene import draw_place, draw_way, prepare_plane
+from gsiirl.report.plane_scene import box_around, draw_place, draw_way, prepare_plane
 
 AGENT_COLOURS = (SHIELD_COLOUR, "#14b8a6")
 TARGET_COLOUR = "#b45309"
@@ -39,18 +39,18 @@ def animate_deception(episode: PlaneEpisode) -> Animation:
     """The three step by step."""
 
     def draw(step: int) -> Figure:
-        figure = Figure(figsize=(4.8, 5.3), layout="constrained")
-        axes = figure.subplots()
+        figure = Figure(figsize=(4.8, 5.2))
+        axes = figure.add_axes((0.13, 0.18, 0.83, 0.83 * 4.8 / 5.2))
         _draw_scene(axes, episode, step)
         axes.set_title(f"step {step} of {episode.steps}")
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
+        figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=9)
         return figure
 
     return animate(draw, episode.steps + 1)
 
 
 def _draw_scene(axes: Axes, episode: PlaneEpisode, until: int) -> None:
-    prepare_plane(axes, _box(episode))
+    prepare_plane(axes, box_around(np.concatenate(list(episode.positions.values())), 2.5 * LANDMARK_RADIUS))
     target, expert_target = targets(episode)
     for index, landmark in enumerate(LANDMARKS):
         place = episode.positions[landmark][0]
@@ -66,12 +66,3 @@ def _draw_scene(axes: Axes, episode: PlaneEpisode, until: int) -> None:
     for number, (agent, colour) in enumerate(zip(AGENTS, AGENT_COLOURS, strict=True), start=1):
         draw_way(axes, episode.positions[agent], until, colour, f"good agent {number}")
     draw_way(axes, episode.positions["adversary"], until, ALARM_COLOUR, "adversary")
-
-
-def _box(episode: PlaneEpisode) -> np.ndarray:
-    """A square around everything that happens, [[x0, x1], [y0, y1]]."""
-    points = np.concatenate(list(episode.positions.values()))
-    low, high = points.min(axis=0), points.max(axis=0)
-    half = max(float(np.max(high - low)) / 2, 0.5) + 2.5 * LANDMARK_RADIUS
-    middle = (low + high) / 2
-    return np.stack([middle - half, middle + half], axis=1)

@@ -8,6 +8,13 @@ from matplotlib.patheffects import withStroke
 from gsiirl.report.figure_style import FAINT_COLOUR
 
 
+def box_around(points: np.ndarray, margin: float) -> np.ndarray:
+    """The smallest square around all points [points, 2] and a margin, as [[x0, x1], [y0, y1]]."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = (low + high) / 2, float(np.max(high - low)) / 2 + margin
+    return np.stack([middle - half, middle + half], axis=1)
+
+
 def prepare_plane(axes: Axes, box: np.ndarray) -> None:
     """An empty plane, the same scale both ways; `box` is [[x0, x1], [y0, y1]]."""
     axes.set(xlim=tuple(box[0]), ylim=tuple(box[1]), aspect="equal", xlabel="x", ylabel="y")
