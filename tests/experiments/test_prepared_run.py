@@ -1,5 +1,6 @@
 """The runner with an experiment that is no game: whatever keeps to `PreparedRun` is run, cut and gone on with."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -110,6 +111,29 @@ def test_a_run_cut_anywhere_resumes_to_identical_bytes(finished, tmp_path, monke
     monkeypatch.setattr(RunFolder, "append_metrics", append)
     runner.resume(tmp_path / "cut")
     assert bytes_of(tmp_path / "cut") == bytes_of(finished)
+
+
+@pytest.mark.parametrize("bound", [0.0, 100.0])
+def test_a_diverging_seed_is_named_and_the_run_ends(finished, monkeypatch, tmp_path, bound: float):
+    starts = RunFolder.open(finished).metrics().filter(polars.col("iteration") == 0)
+    diverging = starts.filter(polars.col("position") < bound)["seed"].to_list()
+    assert diverging
+
+    def divergent(config: CrossingConfig, saved_game: Path | None) -> PreparedRun:
+        whole = walk(config, saved_game)
+
+        def init(key: PRNGKeyArray) -> PyTree:
+            state = whole.algorithm.init(key)
+            return state | {"position": jnp.where(state["position"] < bound, jnp.nan, state["position"])}
+
+        return replace(whole, algorithm=replace(whole.algorithm, init=init))
+
+    monkeypatch.setattr(runner, "_prepare", divergent)
+    runner.run(CONFIG, tmp_path / "run")
+    summary = RunFolder.open(tmp_path / "run").summary()
+    assert summary is not None
+    assert (summary["completed"], summary["failed_seeds"]) == (True, diverging)
+    assert bool(summary["final"]) == (len(diverging) < 3)
 
 
 def test_a_checkpoint_of_another_shape_is_refused(finished, monkeypatch):

@@ -26,7 +26,7 @@ QUICK_CONTINUOUS = {"iterations": 10, "training_steps": 200, "evaluation_episode
 
 GAMES = (
     # The table's variant, r_ld = -r_e, and the one that the method is for.
-    ReproducedGame("security-zero-sum", SecurityConfig, {"graph_seed": 0, "variant": "zero_sum"}, {"iterations": 10}),
+    ReproducedGame("security-zero-sum", SecurityConfig, {"graph_seed": 0, "variant": "zero_sum"}, {"iterations": 5}),
     ReproducedGame("security-general-sum", SecurityConfig, {"graph_seed": 0, "variant": "general_sum"}, None),
     ReproducedGame("crossing", CrossingConfig, {}, QUICK_CONTINUOUS),
     ReproducedGame("deception", DeceptionConfig, {"variant": "mpe"}, QUICK_CONTINUOUS),
