@@ -181,6 +181,14 @@ def test_marl_by_another_solver_is_a_line_of_its_own(runs: dict[str, list[Path]]
     assert {text.get_text() for text in figure.legends[0].texts} >= {"MARL, given both true rewards", "MARL (MADDPG)"}
 
 
+def test_marl_solved_by_maddpg_is_known_by_its_solver(tmp_path: Path) -> None:
+    run = RunFolder.create(
+        tmp_path / "run", {"experiment": "deception", "algorithm": "marl", "solver": "maddpg"}, {"name": "g"}
+    )
+    run.append_metrics(0, {"seed": np.array([0]), "iteration": np.array([0])})
+    assert list(group_of([run.path]).runs) == ["MARL (MADDPG)"]
+
+
 def test_rates_are_drawn_with_marls_level(runs: dict[str, list[Path]]) -> None:
     with figure_style():
         figure = draw_rates(group_of(runs["crossing"]))
@@ -207,7 +215,7 @@ def test_learned_weights_are_compared_by_direction(runs: dict[str, list[Path]]) 
         unit = weights / np.linalg.norm(weights, axis=1, keepdims=True)
         np.testing.assert_allclose([bar.get_width() for bar in container], unit.mean(axis=0))
     true = next(each for each in axes.collections if each.get_label() == "true")
-    assert true.get_paths()[0].vertices[0, 0] == pytest.approx(-1.0)
+    assert np.asarray(true.get_paths()[0].vertices)[0, 0] == pytest.approx(-1.0)
 
 
 def test_deception_without_its_truth_or_paths_has_the_other_figures(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def animate_crossing(crossing: Crossing, episode: PlaneEpisode) -> Animation:
 
     def draw(step: int) -> Figure:
         figure = Figure(figsize=(4.8, 4.8))
-        axes = figure.add_axes((0.13, 0.11, 0.83, 0.83))
+        axes = figure.add_axes((0.14, 0.11, 0.83, 0.83))
         _draw_scene(axes, crossing, episode, step)
         robot = episode.positions["robot"][step]
         too_close = _apart(episode)[step] < crossing.safe_distance

@@ -40,7 +40,7 @@ def animate_deception(episode: PlaneEpisode) -> Animation:
 
     def draw(step: int) -> Figure:
         figure = Figure(figsize=(4.8, 5.2))
-        axes = figure.add_axes((0.13, 0.18, 0.83, 0.83 * 4.8 / 5.2))
+        axes = figure.add_axes((0.14, 0.18, 0.83, 0.83 * 4.8 / 5.2))
         _draw_scene(axes, episode, step)
         axes.set_title(f"step {step} of {episode.steps}")
         figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=9)
@@ -50,7 +50,7 @@ def animate_deception(episode: PlaneEpisode) -> Animation:
 
 
 def _draw_scene(axes: Axes, episode: PlaneEpisode, until: int) -> None:
-    prepare_plane(axes, box_around(np.concatenate(list(episode.positions.values())), 2.5 * LANDMARK_RADIUS))
+    prepare_plane(axes, box_around(np.concatenate(list(episode.positions.values())), 3 * LANDMARK_RADIUS))
     target, expert_target = targets(episode)
     for index, landmark in enumerate(LANDMARKS):
         place = episode.positions[landmark][0]
@@ -62,7 +62,9 @@ def _draw_scene(axes: Axes, episode: PlaneEpisode, until: int) -> None:
             text, colour = "adversary's target", ALARM_COLOUR
         else:
             text, colour = "decoy", FAINT_COLOUR
-        draw_place(axes, place, LANDMARK_RADIUS, colour, text)
+        # The lower one's name beneath it: the two may stand close.
+        below = bool(place[1] < episode.positions[LANDMARKS[1 - index]][0, 1])
+        draw_place(axes, place, LANDMARK_RADIUS, colour, text, below)
     for number, (agent, colour) in enumerate(zip(AGENTS, AGENT_COLOURS, strict=True), start=1):
         draw_way(axes, episode.positions[agent], until, colour, f"good agent {number}")
     draw_way(axes, episode.positions["adversary"], until, ALARM_COLOUR, "adversary")

@@ -58,7 +58,7 @@ class ReportedRun:
             return cls(
                 path=path,
                 experiment=folder.config["experiment"],
-                algorithm=folder.config["algorithm"],
+                algorithm=_algorithm(folder.config),
                 game=folder.game,
                 seeds=[int(seed) for seed in summary["seeds"]],
                 failed_seeds=failed,
@@ -124,3 +124,9 @@ class ReportedRun:
             return None
         kept = [index for index, seed in enumerate(self.learned.seeds) if seed not in self.failed_seeds]
         return self.learned.weights(parameter)[kept] if kept else None
+
+
+def _algorithm(config: dict[str, Any]) -> str:
+    """MARL by MADDPG, however its configuration says so, is a yardstick of its own."""
+    by_maddpg = config["algorithm"] == "marl" and config.get("solver") == "maddpg"
+    return "marl-maddpg" if by_maddpg else config["algorithm"]

@@ -10,14 +10,20 @@ from gsiirl.report.run import ReportedRun
 
 BAR, BETWEEN = 0.2, 0.22
 """Heights of a bar and of the room between two groups, in inches."""
+MOST_FEATURES = 24
+"""The weights of a reward of more, as of a network, tell nobody anything."""
 
 
 def draw_weights(group: GameGroup, truth: dict[str, float]) -> Figure | None:
-    """Means and standard deviations over seeds of the runs that learned; None if none did.
+    """Means and standard deviations over seeds of the runs that learned; None if none did, in a few features.
 
     Every weight vector has length 1 here: a reward times a positive number wants the same.
     """
-    learned = {label: run for label, run in group.learners.items() if run.weights("expert_reward") is not None}
+    learned = {
+        label: run
+        for label, run in group.learners.items()
+        if run.weights("expert_reward") is not None and len(_names(run)) <= MOST_FEATURES
+    }
     if not learned:
         return None
     names = _names(next(iter(learned.values())))
