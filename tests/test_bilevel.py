@@ -10,7 +10,7 @@ import pytest
 
 from gsiirl.bilevel import Bilevel, LowerLevel
 from gsiirl.hypergradients import coordinate_jacobian
-from gsiirl.irl.memory import Memory
+from gsiirl.irl.memory import Memory, Played
 from gsiirl.theory.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
 from gsiirl.types import Policies
 from tests import oracles
@@ -152,13 +152,13 @@ def test_the_lower_level_is_the_gradient_of_a_function_only_as_played(case):
 
 def test_remembered_interactions_are_averaged_as_they_were_played(case):
     other = 0.5 * case.played.learner + 0.5 / SIZE.learner_actions
-    memory = Memory.empty(4, other.shape, SIZE.expert_parameters, other.dtype)
+    memory = Memory.empty(4, Played(other, DEMONSTRATED))
     lower_gradient = eqx.filter_jit(lambda memory: case.bilevel.lower_gradient(COMMITMENT, EXPERT, memory))
-    once = memory.remember(jax.random.key(0), case.played.learner, DEMONSTRATED)
+    once = memory.remember(jax.random.key(0), Played(case.played.learner, DEMONSTRATED))
     expected = case.found.likelihood_gradient + REGULARISATION * EXPERT
     assert np.allclose(lower_gradient(once), expected, rtol=0.0, atol=1e-12)
-    alone = lower_gradient(memory.remember(jax.random.key(0), other, 2.0 * DEMONSTRATED))
-    both = lower_gradient(once.remember(jax.random.key(1), other, 2.0 * DEMONSTRATED))
+    alone = lower_gradient(memory.remember(jax.random.key(0), Played(other, 2.0 * DEMONSTRATED)))
+    both = lower_gradient(once.remember(jax.random.key(1), Played(other, 2.0 * DEMONSTRATED)))
     assert np.allclose(both, 0.5 * (expected + alone), rtol=0.0, atol=1e-12)
     assert float(jnp.linalg.norm(alone - expected)) > 1e-3
 

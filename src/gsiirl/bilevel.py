@@ -24,7 +24,7 @@ from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.hypergradients.problem import BilevelProblem
 from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
 from gsiirl.irl.likelihood import played_gradient
-from gsiirl.irl.memory import Memory
+from gsiirl.irl.memory import Memory, Played
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Sides
 
@@ -63,15 +63,15 @@ class Bilevel(eqx.Module):
         return self._objective_of(self.solve(commitment, expert_parameters))
 
     def lower_gradient(
-        self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"], memory: Memory
+        self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"], memory: Memory[Played]
     ) -> Float[Array, " m"]:
         """G averaged over the remembered interactions, (m,); what was played in each of them is remembered too."""
         if self.lower_level == "equilibrium":
             modelled = self._feature_expectation(self.solve(commitment, expert_parameters))
-            demonstrated = jnp.mean(memory.demonstrated, axis=0, where=memory.filled[:, None])
+            demonstrated = jnp.mean(memory.kept.demonstrated, axis=0, where=memory.filled[:, None])
             return (modelled - demonstrated) / self.temperature + self.regularisation * expert_parameters
         gradients = jax.vmap(lambda policy, seen: self._played_gradient(policy, expert_parameters, seen))(
-            memory.learner_policies, memory.demonstrated
+            memory.kept.learner_policy, memory.kept.demonstrated
         )
         return jnp.mean(gradients, axis=0, where=memory.filled[:, None]) + self.regularisation * expert_parameters
 

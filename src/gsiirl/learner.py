@@ -30,7 +30,7 @@ from gsiirl.interaction import AbstractLearner, Demonstrator, live
 from gsiirl.irl.dependent_reward import DependentValue, LeastSquares
 from gsiirl.irl.expectations import sampled_reward_gradient
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
-from gsiirl.irl.memory import Memory
+from gsiirl.irl.memory import Memory, Played
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Interaction, Trajectories
 
@@ -48,7 +48,7 @@ class GSIIRLState(eqx.Module):
 
     commitment: Float[Array, " n"]
     expert_parameters: Float[Array, " m"]
-    memory: Memory
+    memory: Memory[Played]
     accessed: LeastSquares
     upper_optimiser: optax.OptState
     lower_optimiser: optax.OptState
@@ -164,13 +164,15 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
         game, dependent_reward, expert_reward = self.bilevel.game, self.dependent_reward, self.expert_reward
         dtype = game.initial.dtype
         commitment_key, expert_key = jax.random.split(key)
-        shape = (game.horizon, game.number_of_states, game.number_of_actions.learner)
+        actions = game.number_of_actions.learner
+        uniform = jnp.full((game.horizon, game.number_of_states, actions), 1.0 / actions, dtype)
+        nothing = Played(uniform, jnp.zeros(expert_reward.number_of_parameters, dtype))
         commitment = dependent_reward.initial_parameters(commitment_key, dtype)
         expert_parameters = expert_reward.initial_parameters(expert_key, dtype)
         return GSIIRLState(
             commitment=commitment,
             expert_parameters=expert_parameters,
-            memory=Memory.empty(self.remembered, shape, expert_reward.number_of_parameters, dtype),
+            memory=Memory.empty(self.remembered, nothing),
             accessed=LeastSquares.empty(dependent_reward.number_of_parameters, dtype),
             upper_optimiser=self.optimiser.init(commitment),
             lower_optimiser=self.inner_loop.optimiser.init(expert_parameters),
@@ -194,15 +196,14 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
     def update(self, state: GSIIRLState, interaction: Interaction, key: PRNGKeyArray) -> GSIIRLState:
         bilevel, iteration = self.bilevel, state.memory.count
         demonstrated = self._demonstrated(interaction.demonstrations)
-        memory = state.memory.remember(key, interaction.learner_policy, demonstrated)
+        memory = state.memory.remember(key, Played(interaction.learner_policy, demonstrated))
         expert_parameters, lower_optimiser = self.inner_loop.fit(
             lambda theta: bilevel.lower_gradient(state.commitment, theta, memory),
             state.expert_parameters,
             state.lower_optimiser,
             iteration,
         )
-        value = DependentValue(bilevel.accessed)
-        accessed = state.accessed.observe(bilevel.dependent_reward, value, interaction.demonstrations)
+        accessed = state.accessed.read(bilevel.dependent_reward, DependentValue(bilevel.accessed), interaction.demonstrations)
         start = state.commitment
         if self.honest_start:
             start = self._better(start, accessed.solve(self.ridge), expert_parameters)

@@ -37,7 +37,7 @@ def test_exact_weights_are_recovered_from_the_values_along_trajectories():
     features = TabularFeatures(table=jnp.asarray(random.normal(size=(4, 3, 3, 6))), names=tuple("abcdef"))
     reward = Linear(features, 2.0)
     true = reward.initial_parameters(jax.random.key(3), jnp.dtype(float))
-    seen = LeastSquares.empty(6, jnp.dtype(float)).observe(reward, DependentValue(reward.payoff(true)), episodes(game))
+    seen = LeastSquares.empty(6, jnp.dtype(float)).read(reward, DependentValue(reward.payoff(true)), episodes(game))
     np.testing.assert_allclose(seen.solve(1e-10), true, atol=1e-9)
 
 
@@ -47,7 +47,7 @@ def test_what_was_never_seen_keeps_no_weight():
     true = jnp.asarray(rewards.dependent_weights(network)) / 4.0
     value = DependentValue(reward.payoff(true))
     visited = episodes(game)
-    seen = LeastSquares.empty(true.shape[0], jnp.dtype(float)).observe(reward, value, visited)
+    seen = LeastSquares.empty(true.shape[0], jnp.dtype(float)).read(reward, value, visited)
     found = seen.solve(1e-8)
     # Node 0 is a foothold: it is never newly compromised.
     names = reward.features.names
@@ -65,8 +65,8 @@ def test_steps_after_the_end_of_an_episode_do_not_count():
     cut = Trajectories(visited.states[:, :2], jax.tree.map(lambda a: a[:, :2], visited.actions), visited.mask[:, :2])
     empty = LeastSquares.empty(reward.number_of_parameters, jnp.dtype(float))
     for one, other in zip(
-        jax.tree.leaves(empty.observe(reward, value, ended)),
-        jax.tree.leaves(empty.observe(reward, value, cut)),
+        jax.tree.leaves(empty.read(reward, value, ended)),
+        jax.tree.leaves(empty.read(reward, value, cut)),
         strict=True,
     ):
         np.testing.assert_allclose(one, other, atol=1e-12)

@@ -8,7 +8,7 @@ import pytest
 from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria import Logit, respond
 from gsiirl.games.attack_graph import AttackGraph
-from gsiirl.irl import MaximumLikelihood, Memory, reward_gradient_expectation
+from gsiirl.irl import MaximumLikelihood, Memory, Played, reward_gradient_expectation
 from gsiirl.irl.maximum_likelihood import constant_steps, growing_steps
 from gsiirl.rewards import Linear
 from gsiirl.rewards import attack_graph as rewards
@@ -45,9 +45,9 @@ def problem() -> Problem:
         return reward_gradient_expectation(game, reward, Sides(learner_policy, expert), DISCOUNT)
 
     # One slot more than interactions: what was never filled must not count.
-    memory = Memory.empty(INTERACTIONS + 1, (6, game.number_of_states, edges), true.shape[0], played.dtype)
+    memory = Memory.empty(INTERACTIONS + 1, Played(jnp.zeros_like(played[0]), jnp.zeros_like(true)))
     for index, (policy, seen) in enumerate(zip(played, jax.jit(jax.vmap(demonstrated))(played), strict=True)):
-        memory = memory.remember(jax.random.key(index), policy, seen)
+        memory = memory.remember(jax.random.key(index), Played(policy, seen))
     level = MaximumLikelihood(TEMPERATURE, constant_steps(STEPS), optax.sgd(0.05))
     return Problem(game, reward, true, memory, level)
 
@@ -127,7 +127,7 @@ def test_steps_stay_in_the_unit_ball_and_the_projection_binds_where_it_should(pr
     # With a scale twice too small the truth lies outside, and the boundary is where the steps end.
     tight = eqx.tree_at(lambda p: p.reward, problem, Linear(problem.reward.features, 0.2))
     tight = eqx.tree_at(
-        lambda p: p.memory.demonstrated, tight, 0.2 / problem.reward.scale * problem.memory.demonstrated
+        lambda p: p.memory.kept.demonstrated, tight, 0.2 / problem.reward.scale * problem.memory.kept.demonstrated
     )
     tight = eqx.tree_at(lambda p: p.level, tight, MaximumLikelihood(TEMPERATURE, constant_steps(40), optax.sgd(5.0)))
     theta = fit(tight, jnp.zeros_like(problem.true))

@@ -8,3 +8,4 @@ from gsiirl.irl.expectations import sampled_reward_gradient as sampled_reward_gr
 from gsiirl.irl.expectations import state_distributions as state_distributions
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood as MaximumLikelihood
 from gsiirl.irl.memory import Memory as Memory
+from gsiirl.irl.memory import Played as Played

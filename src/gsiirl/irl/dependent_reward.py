@@ -22,19 +22,19 @@ class LeastSquares(eqx.Module):
         """Nothing seen yet."""
         return cls(jnp.zeros((parameters, parameters), dtype), jnp.zeros(parameters, dtype))
 
-    def observe(
-        self,
-        reward: Linear,
-        value: "DependentValue",
-        visited: Trajectories,
-    ) -> "LeastSquares":
+    def read(self, reward: Linear, value: "DependentValue", visited: Trajectories) -> "LeastSquares":
         """Add the values read along `visited` trajectories (d, T)."""
-        features = reward.scale * jax.vmap(jax.vmap(reward.features))(visited.states, visited.actions)
-        read = jax.vmap(jax.vmap(value))(visited.states, visited.actions)
-        weights = visited.mask.astype(features.dtype)
+        gradients = reward.scale * jax.vmap(jax.vmap(reward.features))(visited.states, visited.actions)
+        values = jax.vmap(jax.vmap(value))(visited.states, visited.actions)
+        return self.add(gradients, values, visited.mask.astype(gradients.dtype))
+
+    def add(
+        self, gradients: Float[Array, "d T n"], values: Float[Array, "d T"], weights: Float[Array, "d T"]
+    ) -> "LeastSquares":
+        """Add `values` of r_ld where ∇_θ r^θ is `gradients`, each counted as often as its weight says."""
         return LeastSquares(
-            self.gram + jnp.einsum("dt,dtn,dtk->nk", weights, features, features),
-            self.moment + jnp.einsum("dt,dtn,dt->n", weights, features, read),
+            self.gram + jnp.einsum("dt,dtn,dtk->nk", weights, gradients, gradients),
+            self.moment + jnp.einsum("dt,dtn,dt->n", weights, gradients, values),
         )
 
     def solve(self, ridge: float) -> Float[Array, " n"]:

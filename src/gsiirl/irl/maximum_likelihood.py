@@ -32,11 +32,16 @@ class MaximumLikelihood(eqx.Module):
         """θ_e and the optimiser's state after the steps of outer iteration k, along `gradient`(θ_e) = ∇L."""
 
         def one_step(_: Array, carry: tuple[Array, optax.OptState]) -> tuple[Array, optax.OptState]:
-            theta, state = carry
-            step, state = self.optimiser.update(self.temperature * gradient(theta), state, theta)
-            return optax.projections.projection_l2_ball(optax.apply_updates(theta, step), 1.0), state
+            return self.step(gradient(carry[0]), *carry)
 
         return jax.lax.fori_loop(0, self.steps(iteration), one_step, (parameters, optimiser_state))
+
+    def step(
+        self, gradient: Float[Array, " m"], parameters: Float[Array, " m"], optimiser_state: optax.OptState
+    ) -> tuple[Float[Array, " m"], optax.OptState]:
+        """One projected step along `gradient` = ∇L."""
+        step, optimiser_state = self.optimiser.update(self.temperature * gradient, optimiser_state, parameters)
+        return optax.projections.projection_l2_ball(optax.apply_updates(parameters, step), 1.0), optimiser_state
 
 
 def constant_steps(number: int) -> Steps:
