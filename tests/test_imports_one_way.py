@@ -17,7 +17,7 @@ LAYERS = [
     {"games", "rewards"},
     {"equilibria"},
     {"irl"},
-    {"bilevel", "interaction", "expert", "learner"},
+    {"bilevel", "interaction", "expert", "learner", "continuous_expert", "continuous_learner"},
     {"baselines", "evaluation"},
     {"theory"},
     {"experiments"},

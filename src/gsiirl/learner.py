@@ -203,7 +203,9 @@ class GSIIRL(AbstractLearner[GSIIRLState]):
             state.lower_optimiser,
             iteration,
         )
-        accessed = state.accessed.read(bilevel.dependent_reward, DependentValue(bilevel.accessed), interaction.demonstrations)
+        accessed = state.accessed.read(
+            bilevel.dependent_reward, DependentValue(bilevel.accessed), interaction.demonstrations
+        )
         start = state.commitment
         if self.honest_start:
             start = self._better(start, accessed.solve(self.ridge), expert_parameters)

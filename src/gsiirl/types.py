@@ -3,7 +3,7 @@
 from typing import Generic, TypeVar
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, PyTree
 
 Value = TypeVar("Value", covariant=True)
 
@@ -39,3 +39,14 @@ class Interaction(eqx.Module):
     learner_policy: Float[Array, "T S A_l"]
     demonstrations: Trajectories
     probes: Trajectories | None = None
+
+
+class Transition(eqx.Module):
+    """One step (s, a, s') of a continuous game; an episode is T of them along a leading axis, more axes come before it.
+
+    `state` and `following` are states of the game; each side's action is a vector in [−1, 1]^A.
+    """
+
+    state: PyTree
+    actions: Sides[Float[Array, "..."]]
+    following: PyTree

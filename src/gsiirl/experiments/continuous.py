@@ -29,11 +29,11 @@ class ContinuousConfig:
     """`responding`: the expert plays its best response to the policy the learner plays."""
     reward: Literal["linear", "network"] = "linear"
     """What the learned rewards are made of: weights of fixed features, or a small network."""
-    response: Literal["well_specified", "frozen", "measured"] | None = None
-    """What the hypergradient takes for the expert's response: `well_specified` (default), `frozen` (paper), or
-    `measured`, from two more interactions an iteration."""
-    hypergradient: Literal["direct", "spsa"] | None = None
-    """Estimator of the hypergradient: `direct` (default), `spsa` (paper)."""
+    response: Literal["well_specified", "frozen"] | None = None
+    """What the hypergradient takes for the expert's response: `well_specified` (default) or `frozen` (paper)."""
+    hypergradient: Literal["direct", "spsa"] = "spsa"
+    """Estimator of the hypergradient: `spsa`, through the warm-started solver by differences, or `direct`, by
+    differentiating the solver's steps."""
     seeds: int = Field(default=10, ge=1)
     """Number of seeds."""
     first_seed: int = Field(default=0, ge=0)
@@ -48,14 +48,16 @@ class ContinuousConfig:
     """Trajectories asked of the expert in each interaction."""
     regularisation: float = Field(default=1e-3, gt=0)
     """Weight lambda of the lower level's squared norm."""
-    inner_steps: int = Field(default=10, ge=1)
-    """Projected steps on the expert's parameters in each iteration."""
-    inner_step_size: float = Field(default=0.02, gt=0)
-    """Step of the lower level, in the unit ball."""
-    step_size: float = Field(default=0.1, gt=0)
-    """First step of the upper level, in the unit ball."""
+    inner_steps: int = Field(default=20, ge=1)
+    """Projected steps on the expert's parameters in each iteration (not in paper: t_k = ceil((k+1)^(1/4)/2))."""
+    inner_step_size: float = Field(default=0.01, gt=0)
+    """First step of the lower level, in the unit ball."""
+    step_size: float = Field(default=0.05, gt=0)
+    """First step of the upper level, in the unit ball (not in paper)."""
     step_decay: float = Field(default=20.0, gt=0)
-    """Iterations after which the upper level's step is halved: step_size / (1 + k / step_decay)."""
+    """Iterations after which the steps of both levels are halved: step_size / (1 + k / step_decay) (not in paper)."""
+    smoothness: float = Field(default=10.0, gt=0)
+    """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
     remembered: int | None = Field(default=None, ge=1)
     """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
     default 4 (paper 1)."""
@@ -63,10 +65,16 @@ class ContinuousConfig:
     """SPSA's first perturbation in the unit ball; default 0.05 (paper 1)."""
     batch: int = Field(default=64, ge=1)
     """Episodes of a gradient step of the solver."""
+    learning_rate: float = Field(default=3e-3, gt=0)
+    """Adam's first step on the policy networks; it falls to a tenth."""
+    expert_steps: int = Field(default=2, ge=1)
+    """Steps that the solver's expert takes for each of the learner's."""
     solver_steps: int = Field(default=20, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
+    response_steps: int = Field(default=40, ge=1)
+    """Steps that the real expert takes towards its best response in each interaction, from its policy of the last."""
     training_steps: int = Field(default=1000, ge=1)
-    """Solver steps of `marl`, and of the first policies."""
+    """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     hidden: int = Field(default=64, ge=1)
     """Width of the policy networks' two hidden layers."""
     evaluation_episodes: int = Field(default=1000, ge=1)
@@ -90,7 +98,6 @@ class ContinuousConfig:
 
 DEFAULT: dict[str, Any] = {
     "response": "well_specified",
-    "hypergradient": "direct",
     "remembered": 4,
     "perturbation": 0.05,
 }
@@ -98,7 +105,6 @@ DEFAULT: dict[str, Any] = {
 
 PAPER: dict[str, Any] = {
     "response": "frozen",
-    "hypergradient": "spsa",
     "remembered": 1,
     "perturbation": 1.0,
 }

@@ -19,3 +19,7 @@ class CrossingConfig(ContinuousConfig):
     """Outer iterations K."""
     horizon: int = Field(default=30, ge=1)
     """Steps T of an episode."""
+    hidden: int = Field(default=32, ge=1)
+    """Width of the policy networks' two hidden layers."""
+    training_steps: int = Field(default=2000, ge=1)
+    """Solver steps of `marl`, and of the best responses that final policies are judged by."""

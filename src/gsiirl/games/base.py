@@ -1,12 +1,15 @@
 """What a game is: dynamics alone. Rewards live outside (see `gsiirl.rewards`)."""
 
 import abc
+from typing import Generic, TypeVar
 
 import equinox as eqx
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.types import Sides
+
+State = TypeVar("State")
 
 
 class AbstractTabularGame(eqx.Module):
@@ -48,3 +51,30 @@ class AbstractTabularGame(eqx.Module):
     def observe(self, state: Int[Array, ""]) -> Sides[Int[Array, ""]]:
         """What each side sees of the state: here all of it."""
         return Sides(state, state)
+
+
+class AbstractContinuousGame(eqx.Module, Generic[State]):
+    """A two-sided game of T steps with real states and actions, whose dynamics can be differentiated.
+
+    Each side's action is a vector in [−1, 1]^A, in units of the largest one; a step is deterministic, and all chance is
+    in the initial state.
+    """
+
+    horizon: eqx.AbstractVar[int]
+
+    @property
+    @abc.abstractmethod
+    def action_size(self) -> Sides[int]:
+        """A_l and A_e."""
+
+    @abc.abstractmethod
+    def reset(self, key: PRNGKeyArray) -> State:
+        """s_0 ~ P0."""
+
+    @abc.abstractmethod
+    def step(self, state: State, actions: Sides[Float[Array, "..."]]) -> State:
+        """s' = P(s, a)."""
+
+    @abc.abstractmethod
+    def observe(self, state: State) -> Sides[Float[Array, "..."]]:
+        """What each side sees of the state, a vector each; policies act on it."""

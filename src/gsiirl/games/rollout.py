@@ -1,11 +1,16 @@
-"""Sampling an episode of a tabular game."""
+"""Sampling an episode of a game."""
+
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import PRNGKeyArray
+from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
-from gsiirl.games.base import AbstractTabularGame
-from gsiirl.types import Policies, Sides, Trajectories
+from gsiirl.games.base import AbstractContinuousGame, AbstractTabularGame
+from gsiirl.types import Policies, Sides, Trajectories, Transition
+
+Policy = Callable[[Float[Array, " o"], Float[Array, ""]], Float[Array, " A"]]
+"""A deterministic policy of a continuous game: what is observed, and t/T, to an action in [−1, 1]^A."""
 
 
 def rollout(key: PRNGKeyArray, game: AbstractTabularGame, policies: Policies) -> Trajectories:
@@ -24,3 +29,19 @@ def rollout(key: PRNGKeyArray, game: AbstractTabularGame, policies: Policies) ->
     keys = jax.random.split(episode_key, game.horizon)
     _, (states, actions) = jax.lax.scan(one_step, game.reset(reset_key), (keys, policies))
     return Trajectories(states=states, actions=actions, mask=jnp.ones(game.horizon, bool))
+
+
+def play(game: AbstractContinuousGame, policies: Sides[Policy], start: PyTree) -> Transition:
+    """The episode of a continuous game from `start`: T steps; `vmap` over starts for more."""
+
+    def one_step(state: PyTree, time: Array) -> tuple[PyTree, Transition]:
+        observations = game.observe(state)
+        actions = Sides(
+            policies.learner(observations.learner, time),
+            policies.expert(observations.expert, time),
+        )
+        following = game.step(state, actions)
+        return following, Transition(state, actions, following)
+
+    times = jnp.arange(game.horizon, dtype=jnp.float32) / game.horizon
+    return jax.lax.scan(one_step, start, times)[1]

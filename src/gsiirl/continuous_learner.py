@@ -1,0 +1,267 @@
+"""GSIIRL in continuous games: Algorithm 1 with policy networks, warm-started from one iteration to the next.
+
+For k = 0, …, K − 1, with the forward model a pair of networks π(k) that go on ascending:
+
+    D_k        ← the expert's demonstrations while the learner plays π_l(k)       line 4, into the memory
+    θ_e(k+1)   ← t_k projected steps along −((μ_e(π') − μ̂_e(D)) + λθ_e)           lines 5-9
+    θ          ← θ_l(k); with `honest_start` the r_ld fitted to the values read, where f is greater there
+    g          ← ∇f at (θ, θ_e(k+1))                                              lines 11-14
+    θ_l(k+1)   ← Proj(θ + step of g)                                              line 15
+    π(k+1)     ← `solver_steps` steps of the forward model at (θ_l(k+1), θ_e(k+1)), from π(k)
+
+Deterministic policies have no likelihood: Lemma 1's gradient is then that of feature matching, μ(π) = E[Σ_t γ^t ∇_θ r^θ]
+in units of `expert_reward.scale`. π' is by `lower_level`
+
+* `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction; each response
+  is a network that takes one step of ascent for each step of θ_e.
+* `equilibrium` (the paper's line 6): the forward model, for the newest demonstrations.
+
+μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so what is left of the
+difference is how the modelled expert differs from the real one, and not which episodes were drawn.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
+
+from gsiirl.bilevel import LowerLevel
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, mean_return
+from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.games.base import AbstractContinuousGame
+from gsiirl.games.rollout import play
+from gsiirl.hypergradients import AbstractEstimator, BilevelProblem
+from gsiirl.irl.dependent_reward import LeastSquares
+from gsiirl.irl.maximum_likelihood import MaximumLikelihood
+from gsiirl.irl.memory import Memory
+from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward
+from gsiirl.types import Sides, Transition
+
+
+class Lived(eqx.Module):
+    """One interaction: the policy played, what was seen (axes d, T), and the modelled expert's response to the policy."""
+
+    learner_policy: PolicyNetwork
+    demonstrations: Transition
+    response: Ascent
+
+
+class ContinuousState(eqx.Module):
+    """What the learner carries from one iteration to the next.
+
+    `commitment` θ_l is the reward to act on; `solution` the forward model at (θ_l, θ_e); `gap` the last ‖μ_e(π') − μ̂_e‖.
+    """
+
+    commitment: Float[Array, " n"]
+    expert_parameters: Float[Array, " m"]
+    solution: Sides[Ascent]
+    memory: Memory[Lived]
+    accessed: LeastSquares
+    upper_optimiser: optax.OptState
+    lower_optimiser: optax.OptState
+    hypergradient: Any
+
+
+class ContinuousGSIIRL(eqx.Module):
+    """GSIIRL in a continuous game.
+
+    `own_reward` is r_li; `accessed` reads values of r_ld. `remembered` interactions are averaged over in the lower level.
+    """
+
+    solver: Pathwise
+    own_reward: TransitionReward
+    accessed: TransitionReward
+    dependent_reward: LinearTransitionReward
+    expert_reward: AbstractTransitionReward
+    inner_loop: MaximumLikelihood
+    hypergradient: AbstractEstimator
+    regularisation: float
+    trajectories: int = eqx.field(static=True)
+    optimiser: optax.GradientTransformation = eqx.field(static=True)
+    solver_steps: int = eqx.field(static=True)
+    remembered: int = eqx.field(static=True)
+    lower_level: LowerLevel = eqx.field(static=True)
+    honest_start: bool = eqx.field(static=True)
+
+    def init(self, key: PRNGKeyArray) -> ContinuousState:
+        """Random parameters in the unit ball, and random policies."""
+        commitment_key, expert_key, policy_key = jax.random.split(key, 3)
+        commitment = self.dependent_reward.initial_parameters(commitment_key)
+        expert_parameters = self.expert_reward.initial_parameters(expert_key)
+        solution = self.solver.init(policy_key)
+        starts = jax.vmap(self.solver.game.reset)(jax.random.split(policy_key, self.trajectories))
+        episodes = episodes_from(self.solver.game, policies_of(solution), starts)
+        return ContinuousState(
+            commitment=commitment,
+            expert_parameters=expert_parameters,
+            solution=solution,
+            memory=Memory.empty(self.remembered, Lived(solution.learner.policy, episodes, solution.expert)),
+            accessed=LeastSquares.empty(commitment.shape[0], commitment.dtype),
+            upper_optimiser=self.optimiser.init(commitment),
+            lower_optimiser=self.inner_loop.optimiser.init(expert_parameters),
+            hypergradient=self.hypergradient.init(expert_parameters),
+        )
+
+    def propose(self, state: ContinuousState) -> PolicyNetwork:
+        """The policy that the learner wants to play next."""
+        return state.solution.learner.policy
+
+    def update(
+        self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray
+    ) -> ContinuousState:
+        """One iteration of learning from one interaction; the expert's reward is not among what is passed."""
+        memory_key, lower_key, upper_key, forward_key = jax.random.split(key, 4)
+        iteration = state.memory.count
+        # The response starts from what the expert was last expected to do.
+        memory = state.memory.remember(memory_key, Lived(learner_policy, demonstrations, state.solution.expert))
+        expert_parameters, lower_optimiser, memory = self._lower(state, memory, lower_key, iteration)
+        accessed = self._read(state.accessed, demonstrations)
+        fitted = accessed.solve(self.regularisation)
+        problem = self._problem(state.solution, fitted, demonstrations, upper_key)
+        start = state.commitment
+        if self.honest_start:
+            candidates = jnp.stack([start, fitted])
+            values = jax.vmap(problem.objective, (0, None))(candidates, expert_parameters)
+            start = candidates[jnp.argmax(values)]
+        estimate, hypergradient = self.hypergradient.estimate(
+            problem, start, expert_parameters, state.hypergradient, jax.random.fold_in(upper_key, 1), iteration
+        )
+        step, upper_optimiser = self.optimiser.update(-estimate.value, state.upper_optimiser, start)
+        commitment = optax.projections.projection_l2_ball(optax.apply_updates(start, step), 1.0)
+        solution, _ = self._ascend(state.solution, commitment, expert_parameters, forward_key)
+        return ContinuousState(
+            commitment=commitment,
+            expert_parameters=expert_parameters,
+            solution=solution,
+            memory=memory,
+            accessed=accessed,
+            upper_optimiser=upper_optimiser,
+            lower_optimiser=lower_optimiser,
+            hypergradient=hypergradient,
+        )
+
+    def fitted_dependent_reward(self, state: ContinuousState) -> Float[Array, " n"]:
+        """Parameters of r_ld, by regularised least squares over the values read so far."""
+        return state.accessed.solve(self.regularisation)
+
+    def rewards(self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Sides[TransitionReward]:
+        """r^θ_l + r_li and r^θ_e."""
+        return Sides(
+            lambda seen: self.dependent_reward(commitment, seen) + self.own_reward(seen),
+            lambda seen: self.expert_reward(expert_parameters, seen),
+        )
+
+    def _ascend(
+        self, solution: Sides[Ascent], commitment: Array, expert_parameters: Array, key: PRNGKeyArray
+    ) -> tuple[Sides[Ascent], Any]:
+        return self.solver.ascend(solution, self.rewards(commitment, expert_parameters), key, self.solver_steps)
+
+    def _lower(
+        self, state: ContinuousState, memory: Memory[Lived], key: PRNGKeyArray, iteration: Int[Array, ""]
+    ) -> tuple[Array, optax.OptState, Memory[Lived]]:
+        """t_k steps of θ_e, together with the responses (`played`) or the forward model (`equilibrium`)."""
+        carry = (state.expert_parameters, state.lower_optimiser)
+        if self.lower_level == "equilibrium":
+
+            def one_step(number: Array, carry: tuple[Any, Sides[Ascent]]) -> tuple[Any, Sides[Ascent]]:
+                (theta, optimiser), solution = carry
+                solution, _ = self._ascend(solution, state.commitment, theta, jax.random.fold_in(key, number))
+                newest = jax.tree.map(lambda leaf: leaf[0], memory.kept.demonstrations)
+                gap = self._gap(
+                    theta, episodes_from(self.solver.game, policies_of(solution), first_states(newest)), newest
+                )
+                gradient = gap + self.regularisation * theta
+                return self.inner_loop.step(gradient, theta, optimiser), solution
+
+            (theta, optimiser), _ = jax.lax.fori_loop(
+                0, self.inner_loop.steps(iteration), one_step, (carry, state.solution)
+            )
+            return theta, optimiser, memory
+
+        def one_played_step(_: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
+            (theta, optimiser), responses = carry
+            gaps, responses = jax.vmap(lambda lived, response: self._respond(theta, lived, response))(
+                memory.kept, responses
+            )
+            gradient = jnp.mean(gaps, axis=0, where=memory.filled[:, None]) + self.regularisation * theta
+            return self.inner_loop.step(gradient, theta, optimiser), responses
+
+        (theta, optimiser), responses = jax.lax.fori_loop(
+            0, self.inner_loop.steps(iteration), one_played_step, (carry, memory.kept.response)
+        )
+        kept = Lived(memory.kept.learner_policy, memory.kept.demonstrations, responses)
+        return theta, optimiser, Memory(kept, memory.count)
+
+    def _respond(self, theta: Array, lived: Lived, response: Ascent) -> tuple[Array, Ascent]:
+        """The gap of a remembered interaction under θ_e, and the response one step on."""
+        starts = first_states(lived.demonstrations)
+
+        def value(policy: PolicyNetwork) -> tuple[Array, Transition]:
+            episodes = episodes_from(self.solver.game, Sides(lived.learner_policy, policy), starts)
+            return mean_return(lambda seen: self.expert_reward(theta, seen), episodes, self.solver.discount), episodes
+
+        gradient, episodes = jax.grad(value, has_aux=True)(response.policy)
+        return self._gap(theta, episodes, lived.demonstrations), self.solver.responded(response, gradient)
+
+    def _gap(self, theta: Array, modelled: Transition, demonstrated: Transition) -> Float[Array, " m"]:
+        return reward_gap(self.expert_reward, theta, modelled, demonstrated, self.solver.discount)
+
+    def _read(self, accessed: LeastSquares, demonstrations: Transition) -> LeastSquares:
+        """The normal equations with the values of r_ld along `demonstrations`."""
+        gradients = self.dependent_reward.scale * jax.vmap(jax.vmap(self.dependent_reward.features))(demonstrations)
+        values = jax.vmap(jax.vmap(self.accessed))(demonstrations)
+        return accessed.add(gradients, values, jnp.ones_like(values))
+
+    def _problem(
+        self, solution: Sides[Ascent], fitted: Array, demonstrations: Transition, key: PRNGKeyArray
+    ) -> BilevelProblem:
+        """Both levels around the forward model's present state, with common random numbers.
+
+        f is taken with the fitted r_ld: values of r_ld can be read, but not differentiated.
+        """
+
+        def evaluate(commitment: Array, expert_parameters: Array) -> tuple[Array, Array]:
+            moved, _ = self._ascend(solution, commitment, expert_parameters, key)
+            episodes = episodes_from(self.solver.game, policies_of(moved), first_states(demonstrations))
+            honest = self.rewards(fitted, expert_parameters).learner
+            return mean_return(honest, episodes, self.solver.discount), self._gap(
+                expert_parameters, episodes, demonstrations
+            )
+
+        return BilevelProblem(evaluate=evaluate, regularisation=self.regularisation)
+
+
+def policies_of(solution: Sides[Ascent]) -> Sides[PolicyNetwork]:
+    """The joint policy of a pair of ascents."""
+    return Sides(solution.learner.policy, solution.expert.policy)
+
+
+def first_states(episodes: Transition) -> PyTree:
+    """The initial states of episodes (axes d, T)."""
+    return jax.tree.map(lambda leaf: leaf[:, 0], episodes.state)
+
+
+def episodes_from(game: AbstractContinuousGame, policies: Sides[PolicyNetwork], starts: PyTree) -> Transition:
+    """An episode (axes d, T) from each of d initial states."""
+    return jax.vmap(lambda start: play(game, policies, start))(starts)
+
+
+def reward_gap(
+    reward: AbstractTransitionReward,
+    parameters: Float[Array, " m"],
+    modelled: Transition,
+    demonstrated: Transition,
+    discount: float,
+) -> Float[Array, " m"]:
+    """(μ(modelled) − μ(demonstrated)) / scale with μ = (1/d) Σ_i Σ_t γ^t ∇_θ r^θ, in features for a linear reward."""
+
+    def difference(theta: Array) -> Array:
+        modelled_return, demonstrated_return = (
+            mean_return(lambda seen: reward(theta, seen), episodes, discount) for episodes in (modelled, demonstrated)
+        )
+        return modelled_return - demonstrated_return
+
+    return jax.grad(difference)(parameters) / reward.scale

@@ -1,0 +1,157 @@
+"""Both sides' policy networks ascend their own returns, by gradients through the game's dynamics.
+
+    J_i(π) = E_{s_0 ~ P0}[Σ_t γ^t r_i(s_t, a_t, s_{t+1})],     π_i ← π_i + step of ∇_{π_i} J_i(π)
+
+The dynamics and the rewards are differentiable, so that one episode gives an exact gradient of its own return; a step
+averages over `batch` initial states. For one step of the learner the expert takes `expert_steps`: with equal steps both
+sides chase each other and settle where either can be exploited (measured in docs/equilibria.md); a faster expert is near
+its best response all along, as in two-time-scale gradient play (Heusel et al. 2017, Fiez and Ratliff 2021).
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Array, Float, PRNGKeyArray, PyTree
+
+from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.games.base import AbstractContinuousGame
+from gsiirl.games.rollout import play
+from gsiirl.types import Sides, Transition
+
+TransitionReward = Callable[[Transition], Float[Array, ""]]
+"""r(s, a, s') of one step."""
+
+
+class Ascent(eqx.Module):
+    """One side's policy on its way up, and what its optimiser remembers."""
+
+    policy: PolicyNetwork
+    optimiser: Any
+
+
+class Progress(eqx.Module):
+    """How the ascent went, a value a step: both sides' returns J_i and gradient norms ‖∇J_i‖ before the step."""
+
+    returns: Sides[Float[Array, " steps"]]
+    gradient_norms: Sides[Float[Array, " steps"]]
+
+
+class Pathwise(eqx.Module):
+    """The solver; its states are pairs of ascents, `Sides[Ascent]`, from which the next call goes on."""
+
+    game: AbstractContinuousGame
+    discount: float = eqx.field(static=True)
+    batch: int = eqx.field(static=True)
+    hidden: int = eqx.field(static=True)
+    optimiser: Sides[optax.GradientTransformation] = eqx.field(static=True)
+    expert_steps: int = eqx.field(static=True)
+
+    @classmethod
+    def create(
+        cls,
+        game: AbstractContinuousGame,
+        *,
+        discount: float,
+        batch: int = 64,
+        hidden: int = 64,
+        learning_rate: float = 3e-3,
+        decay_steps: int = 1000,
+        last_rate: float = 0.1,
+        expert_steps: int = 2,
+    ) -> "Pathwise":
+        """With Adam for both sides, its rate falling along half a cosine to `last_rate` of the first one.
+
+        The fall takes `decay_steps` steps of the learner, and as long for the expert; gradients are clipped to norm 1.
+        """
+
+        def adam(steps: int) -> optax.GradientTransformation:
+            rate = optax.cosine_decay_schedule(learning_rate, steps, last_rate)
+            return optax.chain(optax.clip_by_global_norm(1.0), optax.adam(rate))
+
+        optimiser = Sides(adam(decay_steps), adam(decay_steps * expert_steps))
+        return cls(game, discount, batch, hidden, optimiser, expert_steps)
+
+    def init(self, key: PRNGKeyArray) -> Sides[Ascent]:
+        """Random policies."""
+        reset_key, *keys = jax.random.split(key, 3)
+        observations = self.game.observe(self.game.reset(reset_key))
+
+        def fresh(side: str, one: PRNGKeyArray) -> Ascent:
+            observation, actions = getattr(observations, side), getattr(self.game.action_size, side)
+            policy = PolicyNetwork.create(observation.shape[0], actions, self.hidden, one)
+            return Ascent(policy, getattr(self.optimiser, side).init(policy))
+
+        return Sides(fresh("learner", keys[0]), fresh("expert", keys[1]))
+
+    def ascend(
+        self, state: Sides[Ascent], rewards: Sides[TransitionReward], key: PRNGKeyArray, steps: int
+    ) -> tuple[Sides[Ascent], Progress]:
+        """`steps` steps of both sides together, from `state`; the expert takes `expert_steps` for each of them."""
+
+        def one_step(state: Sides[Ascent], key: PRNGKeyArray) -> tuple[Sides[Ascent], Progress]:
+            both_key, *expert_keys = jax.random.split(key, self.expert_steps)
+            starts = self.starts(both_key)
+            policies = Sides(state.learner.policy, state.expert.policy)
+            values, pull_back = jax.vjp(lambda at: self.returns(at, rewards, starts), policies)
+            zero, one = jnp.zeros_like(values.learner), jnp.ones_like(values.learner)
+            # One rollout, pulled back twice: each side wants the gradient of its own return alone.
+            gradients = Sides(pull_back(Sides(one, zero))[0].learner, pull_back(Sides(zero, one))[0].expert)
+            learner = moved(self.optimiser.learner, state.learner, gradients.learner)
+            expert = moved(self.optimiser.expert, state.expert, gradients.expert)
+            for expert_key in expert_keys:
+                expert = self._respond_once(state.learner.policy, rewards.expert, expert, self.starts(expert_key))
+            norms = Sides(optax.global_norm(gradients.learner), optax.global_norm(gradients.expert))
+            return Sides(learner, expert), Progress(values, norms)
+
+        return jax.lax.scan(one_step, state, jax.random.split(key, steps))
+
+    def respond(
+        self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, key: PRNGKeyArray, steps: int
+    ) -> Ascent:
+        """`steps` steps of the expert alone towards its best response to `learner_policy` under `reward`."""
+
+        def one_step(response: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
+            return self._respond_once(learner_policy, reward, response, self.starts(key)), None
+
+        return jax.lax.scan(one_step, response, jax.random.split(key, steps))[0]
+
+    def starts(self, key: PRNGKeyArray) -> PyTree:
+        """A batch of initial states."""
+        return jax.vmap(self.game.reset)(jax.random.split(key, self.batch))
+
+    def returns(
+        self, policies: Sides[PolicyNetwork], rewards: Sides[TransitionReward], starts: PyTree
+    ) -> Sides[Float[Array, ""]]:
+        """Both sides' discounted returns, the mean over `starts`."""
+        episodes = jax.vmap(lambda start: play(self.game, policies, start))(starts)
+        return jax.tree.map(lambda reward: mean_return(reward, episodes, self.discount), rewards)
+
+    def _respond_once(
+        self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, starts: PyTree
+    ) -> Ascent:
+        def value(policy: PolicyNetwork) -> Array:
+            episodes = jax.vmap(lambda start: play(self.game, Sides(learner_policy, policy), start))(starts)
+            return mean_return(reward, episodes, self.discount)
+
+        return self.responded(response, jax.grad(value)(response.policy))
+
+    def responded(self, response: Ascent, gradient: PyTree) -> Ascent:
+        """One step of the expert along `gradient`."""
+        return moved(self.optimiser.expert, response, gradient)
+
+
+def moved(optimiser: optax.GradientTransformation, ascent: Ascent, gradient: PyTree) -> Ascent:
+    """One step of ascent along `gradient`."""
+    step, remembered = optimiser.update(jax.tree.map(jnp.negative, gradient), ascent.optimiser, ascent.policy)
+    return Ascent(optax.apply_updates(ascent.policy, step), remembered)
+
+
+def mean_return(reward: TransitionReward, episodes: Transition, discount: float) -> Float[Array, ""]:
+    """(1/d) Σ_i Σ_t γ^t r(s_it, a_it, s_i,t+1) over d episodes of T steps (axes d, T)."""
+    values = jax.vmap(jax.vmap(reward))(episodes)
+    weights = discount ** jnp.arange(values.shape[1], dtype=values.dtype)
+    return jnp.mean(values @ weights)

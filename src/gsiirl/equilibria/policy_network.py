@@ -1,0 +1,36 @@
+"""Policies of continuous games: small smooth networks."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, PRNGKeyArray
+
+_FIRST_ACTIONS = 0.1
+"""Scale of the last layer at the start: first actions are small, where the outer tanh is not saturated."""
+
+
+class PolicyNetwork(eqx.Module):
+    """π(o, t/T) = tanh(network of two hidden tanh layers) ∈ [−1, 1]^A, deterministic.
+
+    Time is an input because the horizon is finite: what is best to do depends on what is left.
+    """
+
+    layers: tuple[eqx.nn.Linear, ...]
+
+    @classmethod
+    def create(cls, observation_size: int, action_size: int, hidden: int, key: PRNGKeyArray) -> "PolicyNetwork":
+        """Random weights; one input more than is observed, for the time."""
+        sizes = (observation_size + 1, hidden, hidden, action_size)
+        keys = jax.random.split(key, len(sizes) - 1)
+        layers = [
+            eqx.nn.Linear(inputs, outputs, dtype=jnp.float32, key=one)
+            for inputs, outputs, one in zip(sizes[:-1], sizes[1:], keys, strict=True)
+        ]
+        layers[-1] = jax.tree.map(lambda leaf: _FIRST_ACTIONS * leaf, layers[-1])
+        return cls(tuple(layers))
+
+    def __call__(self, observation: Float[Array, " o"], time: Float[Array, ""]) -> Float[Array, " A"]:
+        value = jnp.concatenate([observation, time[None]])
+        for layer in self.layers:
+            value = jnp.tanh(layer(value))
+        return value

@@ -1,0 +1,351 @@
+"""A continuous experiment as the runner sees it: its four algorithms, and what is recorded of each.
+
+Everything reported is measured on the same `evaluation_episodes` initial states, whatever the algorithm, seed and
+iteration. Returns are undiscounted sums under the true rewards.
+"""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import optax
+from jaxtyping import Array, PRNGKeyArray, PyTree
+
+from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
+from gsiirl.continuous_expert import ContinuousRespondingExpert
+from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, episodes_from, policies_of, reward_gap
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, mean_return
+from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.evaluation.transition_similarity import epic, pearson
+from gsiirl.evaluation.truth import named
+from gsiirl.experiments.continuous import ContinuousConfig
+from gsiirl.experiments.continuous_problem import ContinuousProblem
+from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
+from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit
+from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
+from gsiirl.rewards.continuous import (
+    AbstractTransitionFeatures,
+    AbstractTransitionReward,
+    LinearTransitionReward,
+    NetworkReward,
+)
+from gsiirl.types import Sides, Transition
+
+EVALUATION_KEY = 20261125
+"""Of the initial states that all figures are measured on, and of the transitions that rewards are compared over."""
+COMPARED = 4000
+SAMPLE_PATHS = 12
+CHUNK = 2
+TRAINING_CHUNK = 50
+"""Solver steps in one iteration of `marl`."""
+
+
+def learnable_reward(
+    config: ContinuousConfig, features: AbstractTransitionFeatures, scale: float
+) -> AbstractTransitionReward:
+    """r_e^θ as the configuration asks for it."""
+    if config.reward == "network":
+        return NetworkReward(features=features, scale=scale / math.sqrt(len(features.names)))
+    return LinearTransitionReward(features=features, scale=scale)
+
+
+def prepare_continuous(config: ContinuousConfig, problem: ContinuousProblem) -> PreparedRun:
+    """The run of a resolved configuration on its problem."""
+    judge = Judge(config, problem)
+    rewards: dict[str, AbstractTransitionReward] = {"expert_reward": problem.expert_reward}
+    rewards |= dict.fromkeys(("dependent_reward", "commitment"), problem.dependent_reward)
+    training = math.ceil(config.training_steps / TRAINING_CHUNK)
+    return PreparedRun(
+        game=problem.description,
+        algorithm=_ALGORITHMS[config.algorithm](config, problem, judge),
+        iterations=training if config.algorithm == "marl" else config.iterations,
+        chunk=CHUNK,
+        references=judge.references,
+        parameters={name: Parameters(each.scale, tuple(each.names)) for name, each in rewards.items()},
+    )
+
+
+class Judge:
+    """What the truth says of policies and of learned rewards."""
+
+    def __init__(self, config: ContinuousConfig, problem: ContinuousProblem) -> None:
+        self.config, self.problem = config, problem
+        self.trainer = trainer(config, problem)
+        start_key, sample_key, self._key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)
+        self.starts = jax.vmap(problem.game.reset)(jax.random.split(start_key, config.evaluation_episodes))
+        self._sample = jax.vmap(problem.anywhere)(jax.random.split(sample_key, COMPARED))
+
+    def episodes(self, policies: Sides[PolicyNetwork]) -> Transition:
+        """Episodes of a pair from the evaluation's initial states."""
+        return episodes_from(self.problem.game, policies, self.starts)
+
+    def returns(self, episodes: Transition) -> Sides[Array]:
+        """Undiscounted returns of both sides under the true rewards."""
+        return jax.tree.map(lambda reward: mean_return(reward, episodes, 1.0), self.problem.true_rewards)
+
+    def play(
+        self, model: Sides[PolicyNetwork], deployed: Sides[PolicyNetwork]
+    ) -> tuple[Record, Transition, Transition]:
+        """Returns of the pair as modelled, and of the pair as deployed with the experiment's own metrics of it."""
+        modelled, real = self.episodes(model), self.episodes(deployed)
+        record = {
+            **named("model", self.returns(modelled)),
+            **named("deployed", self.returns(real)),
+            **self.problem.judge_episodes(real),
+        }
+        return record, modelled, real
+
+    def expert_reward(self, parameters: Array, modelled: Transition, real: Transition) -> Record:
+        """How right θ_e is, and how the modelled expert's features differ from the real one's."""
+        reward, discount = self.problem.expert_reward, self.config.discount
+        correlation = pearson(lambda seen: reward(parameters, seen), self.problem.true_expert_reward, self._sample)
+
+        def each(episodes: Transition) -> Array:
+            return jax.vmap(lambda one, other: reward_gap(reward, parameters, _alone(one), _alone(other), discount))(
+                modelled, episodes
+            )
+
+        gaps = each(real)
+        spread = jnp.sqrt(jnp.sum(jnp.var(gaps, axis=0)) / self.config.trajectories)
+        return {
+            "expert_reward_pearson": correlation,
+            "expert_reward_epic": epic(correlation),
+            "feature_gap": jnp.linalg.norm(jnp.mean(gaps, axis=0)),
+            "feature_gap_noise": spread,
+            **self.problem.judge_reward(parameters),
+        }
+
+    def dependent_reward_pearson(self, fitted: Array) -> Array:
+        """Correlation of the fitted r_ld with the true one."""
+        reward = self.problem.dependent_reward
+        return pearson(lambda seen: reward(fitted, seen), self.problem.dependent_value, self._sample)
+
+    def best_response(self, policies: Sides[PolicyNetwork], habits: Ascent, key: PRNGKeyArray) -> PolicyNetwork:
+        """The better, for the true expert, of its habits trained on and of a fresh policy trained from scratch."""
+        reward, steps = self.problem.true_expert_reward, self.config.training_steps
+        starts = jax.tree.map(lambda *each: jnp.stack(each), habits, self.trainer.init(key).expert)
+        found = jax.vmap(lambda start: self.trainer.respond(policies.learner, reward, start, key, steps).policy)(starts)
+        values = jax.vmap(lambda policy: self.returns(self.episodes(Sides(policies.learner, policy))).expert)(found)
+        return jax.tree.map(lambda each: each[jnp.argmax(values)], found)
+
+    def true_play(self, key: PRNGKeyArray) -> Sides[Ascent]:
+        """What MARL comes to after `training_steps` with both true rewards."""
+        start_key, ascent_key = jax.random.split(key)
+        start = self.trainer.init(start_key)
+        return self.trainer.ascend(start, self.problem.true_rewards, ascent_key, self.config.training_steps)[0]
+
+    def references(self) -> Record:
+        """One MARL pair with both true rewards (`truth_`), and an untrained learner met by the true expert (`random_`)."""
+        marl_key, random_key = jax.random.split(self._key)
+        solution = self.true_play(marl_key)
+        episodes = self.episodes(policies_of(solution))
+        untrained = policies_of(self.trainer.init(random_key))
+        met = Sides(untrained.learner, self.best_response(untrained, solution.expert, random_key))
+        rates = {f"truth_{name}": value for name, value in self.problem.judge_episodes(episodes).items()}
+        return {
+            **named("truth", self.returns(episodes)),
+            **rates,
+            **named("random", self.returns(self.episodes(met))),
+        }
+
+    def paths(self, policies: Sides[PolicyNetwork]) -> dict[str, Array]:
+        """Columns of a few sample episodes."""
+        starts = jax.tree.map(lambda leaf: leaf[:SAMPLE_PATHS], self.starts)
+        return self.problem.paths(episodes_from(self.problem.game, policies, starts))
+
+
+def trainer(config: ContinuousConfig, problem: ContinuousProblem) -> Pathwise:
+    """The solver of whoever trains for `training_steps` in one go: MARL, and a fresh best response."""
+    return _solver(config, problem, config.training_steps)
+
+
+def _solver(config: ContinuousConfig, problem: ContinuousProblem, steps: int) -> Pathwise:
+    return Pathwise.create(
+        problem.game,
+        discount=config.discount,
+        batch=config.batch,
+        hidden=config.hidden,
+        learning_rate=config.learning_rate,
+        decay_steps=max(steps, 1),
+        expert_steps=config.expert_steps,
+    )
+
+
+def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
+    learner = _learner(config, problem)
+    expert = ContinuousRespondingExpert(
+        _solver(config, problem, config.training_steps), problem.true_expert_reward, config.response_steps
+    )
+
+    def observe(state: ContinuousState, habits: Ascent | PolicyNetwork) -> Record:
+        policy = habits.policy if isinstance(habits, Ascent) else habits
+        record, modelled, real = judge.play(policies_of(state.solution), Sides(learner.propose(state), policy))
+        return {
+            **record,
+            **judge.expert_reward(state.expert_parameters, modelled, real),
+            "dependent_reward_pearson": judge.dependent_reward_pearson(learner.fitted_dependent_reward(state)),
+            "expert_trajectories": (state.memory.count * config.trajectories).astype(jnp.float32),
+        }
+
+    def init(key: PRNGKeyArray) -> tuple[ContinuousState, Ascent]:
+        learner_key, expert_key = jax.random.split(key)
+        return learner.init(learner_key), expert.init(expert_key)
+
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        def one_iteration(carry: tuple[ContinuousState, Ascent], offset: Array) -> tuple[PyTree, Record]:
+            state, habits = carry
+            demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first + offset))
+            played = learner.propose(state)
+            habits, seen = expert.demonstrate(habits, played, config.trajectories, demonstration_key)
+            return (learner.update(state, played, seen, update_key), habits), observe(state, habits)
+
+        return jax.lax.scan(one_iteration, state, jnp.arange(number))
+
+    def finish(carry: tuple[ContinuousState, Ascent], key: PRNGKeyArray) -> Ending:
+        state, habits = carry
+        answer = judge.best_response(policies_of(state.solution), habits, key)
+        learned = {
+            "expert_reward": state.expert_parameters,
+            "dependent_reward": learner.fitted_dependent_reward(state),
+            "commitment": state.commitment,
+        }
+        return Ending(
+            observe(state, answer),
+            judge.paths(Sides(learner.propose(state), answer)),
+            learned,
+            problem.reward_map(state.expert_parameters),
+        )
+
+    return Algorithm(init, advance, finish)
+
+
+def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
+    if config.algorithm == "paper":
+        steps, inner = growing_steps, optax.sgd(config.inner_step_size)
+        outer = optax.sgd(1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5))
+    else:
+        steps, inner = constant_steps(config.inner_steps), optax.adam(_inner_rate(config))
+        outer = optax.adam(lambda step: config.step_size / (1.0 + step / config.step_decay))
+    return ContinuousGSIIRL(
+        solver=_solver(config, problem, config.iterations * config.solver_steps),
+        own_reward=problem.own_reward,
+        accessed=problem.dependent_value,
+        dependent_reward=problem.dependent_reward,
+        expert_reward=problem.expert_reward,
+        inner_loop=MaximumLikelihood(1.0, steps, inner),
+        hypergradient=_hypergradient(config),
+        regularisation=config.regularisation,
+        trajectories=config.trajectories,
+        optimiser=outer,
+        solver_steps=config.solver_steps,
+        remembered=config.remembered or 1,
+        lower_level="equilibrium" if config.algorithm == "paper" else "played",
+        honest_start=config.algorithm != "paper",
+    )
+
+
+def _inner_rate(config: ContinuousConfig) -> optax.Schedule:
+    # The steps of one iteration count as one: the rate falls with the iterations.
+    decay = config.step_decay * config.inner_steps
+    return lambda step: config.inner_step_size / (1.0 + step / decay)
+
+
+def _hypergradient(config: ContinuousConfig) -> AbstractEstimator:
+    assert config.response is not None, "the configuration is not resolved"
+    if config.hypergradient == "direct":
+        return Implicit(config.response)
+    decay = 1.0 if config.algorithm == "paper" else 0.101
+    return SPSA(config.response, config.perturbation or 0.05, decay)
+
+
+def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
+    # As many solver steps an iteration as GSIIRL's forward model takes, spread over the matching steps.
+    between = max(1, config.solver_steps // config.inner_steps)
+    ma_irl = ContinuousMAIRL(
+        solver=_solver(config, problem, config.iterations * config.inner_steps * between),
+        own_reward=problem.own_reward,
+        rewards=Sides(problem.dependent_reward, problem.expert_reward),
+        regularisation=config.regularisation,
+        steps=config.inner_steps,
+        solver_steps=between,
+        optimiser=optax.adam(_inner_rate(config)),
+    )
+    expert = ContinuousRespondingExpert(judge.trainer, problem.true_expert_reward, config.response_steps)
+
+    def observe(state: ContinuousMAIRLState, answer: PolicyNetwork) -> Record:
+        model = policies_of(state.solution)
+        record, modelled, real = judge.play(model, Sides(model.learner, answer))
+        asked = jnp.asarray(float(config.trajectories * config.iterations), jnp.float32)
+        return {
+            **record,
+            **judge.expert_reward(state.parameters.expert, modelled, real),
+            "expert_trajectories": asked,
+        }
+
+    def init(key: PRNGKeyArray) -> PyTree:
+        parameter_key, play_key, expert_key = jax.random.split(key, 3)
+        true_play = judge.true_play(play_key)
+        return ma_irl.init(parameter_key), policies_of(true_play), expert.init(expert_key)
+
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        def one_iteration(carry: PyTree, offset: Array) -> tuple[PyTree, Record]:
+            state, true_play, habits = carry
+            start_key, update_key, expert_key = jax.random.split(jax.random.fold_in(key, first + offset), 3)
+            # The share of the fixed demonstrations that this iteration looks at.
+            starts = jax.vmap(problem.game.reset)(jax.random.split(start_key, config.trajectories))
+            seen = episodes_from(problem.game, true_play, starts)
+            habits = expert.adapt(habits, state.solution.learner.policy, expert_key)
+            record = observe(state, habits.policy)
+            return (ma_irl.update(state, seen, update_key), true_play, habits), record
+
+        return jax.lax.scan(one_iteration, state, jnp.arange(number))
+
+    def finish(carry: PyTree, key: PRNGKeyArray) -> Ending:
+        state, _, habits = carry
+        model = policies_of(state.solution)
+        answer = judge.best_response(model, habits, key)
+        learned = {"expert_reward": state.parameters.expert, "commitment": state.parameters.learner}
+        return Ending(
+            observe(state, answer),
+            judge.paths(Sides(model.learner, answer)),
+            learned,
+            problem.reward_map(state.parameters.expert),
+        )
+
+    return Algorithm(init, advance, finish)
+
+
+def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
+    def observe(solution: Sides[Ascent]) -> Record:
+        policies = policies_of(solution)
+        episodes = judge.episodes(policies)
+        returns = judge.returns(episodes)
+        rates = problem.judge_episodes(episodes)
+        return {
+            **named("model", returns),
+            **named("deployed", returns),
+            **named("truth", returns),
+            **rates,
+            **{f"truth_{name}": value for name, value in rates.items()},
+        }
+
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        def one_iteration(solution: Sides[Ascent], offset: Array) -> tuple[PyTree, Record]:
+            one = jax.random.fold_in(key, first + offset)
+            after, _ = judge.trainer.ascend(solution, problem.true_rewards, one, TRAINING_CHUNK)
+            return after, observe(solution)
+
+        return jax.lax.scan(one_iteration, state, jnp.arange(number))
+
+    def finish(solution: Sides[Ascent], key: PRNGKeyArray) -> Ending:
+        return Ending(observe(solution), judge.paths(policies_of(solution)), {}, {})
+
+    return Algorithm(judge.trainer.init, advance, finish)
+
+
+_ALGORITHMS = {"gsiirl": _gsiirl, "paper": _gsiirl, "ma-irl": _ma_irl, "marl": _marl}
+
+
+def _alone(episode: Transition) -> Transition:
+    """One episode as a set of one."""
+    return jax.tree.map(lambda leaf: leaf[None], episode)
