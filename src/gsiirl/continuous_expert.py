@@ -4,9 +4,8 @@ import equinox as eqx
 import jax
 from jaxtyping import PRNGKeyArray
 
-from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.games.rollout import play
 from gsiirl.types import Sides, Transition
 
 
@@ -38,4 +37,4 @@ class ContinuousRespondingExpert(eqx.Module):
         game = self.solver.game
         starts = jax.vmap(game.reset)(jax.random.split(start_key, number))
         policies = Sides(learner_policy, adapted.policy)
-        return adapted, jax.vmap(lambda start: play(game, policies, start))(starts)
+        return adapted, episodes_from(game, policies, starts)

@@ -9,11 +9,11 @@ For k = 0, …, K − 1, with the forward model a pair of networks π(k) that go
     θ_l(k+1)   ← Proj(θ + step of g)                                              line 15
     π(k+1)     ← `solver_steps` steps of the forward model at (θ_l(k+1), θ_e(k+1)), from π(k)
 
-Deterministic policies have no likelihood: Lemma 1's gradient is then that of feature matching, μ(π) = E[Σ_t γ^t ∇_θ r^θ]
-in units of `expert_reward.scale`. π' is by `lower_level`
+Deterministic policies have no likelihood: Lemma 1's gradient is then that of feature matching, with
+μ(π) = E[Σ_t γ^t ∇_θ r^θ] in units of `expert_reward.scale`. π' is by `lower_level`
 
-* `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction; each response
-  is a network that takes one step of ascent for each step of θ_e.
+* `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction; each
+  response is a network that takes one step of ascent for each step of θ_e.
 * `equilibrium` (the paper's line 6): the forward model, for the newest demonstrations.
 
 μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so what is left of the
@@ -29,10 +29,15 @@ import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
 
 from gsiirl.bilevel import LowerLevel
-from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, mean_return
+from gsiirl.equilibria.pathwise import (
+    Ascent,
+    Pathwise,
+    TransitionReward,
+    episodes_from,
+    mean_return,
+    policies_of,
+)
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.games.rollout import play
 from gsiirl.hypergradients import AbstractEstimator, BilevelProblem
 from gsiirl.irl.dependent_reward import LeastSquares
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood
@@ -42,7 +47,7 @@ from gsiirl.types import Sides, Transition
 
 
 class Lived(eqx.Module):
-    """One interaction: the policy played, what was seen (axes d, T), and the modelled expert's response to the policy."""
+    """One interaction: the policy played, what was seen (axes d, T), and the modelled expert's response to it."""
 
     learner_policy: PolicyNetwork
     demonstrations: Transition
@@ -52,7 +57,7 @@ class Lived(eqx.Module):
 class ContinuousState(eqx.Module):
     """What the learner carries from one iteration to the next.
 
-    `commitment` θ_l is the reward to act on; `solution` the forward model at (θ_l, θ_e); `gap` the last ‖μ_e(π') − μ̂_e‖.
+    `commitment` θ_l is the reward to act on; `solution` the forward model at (θ_l, θ_e).
     """
 
     commitment: Float[Array, " n"]
@@ -68,7 +73,7 @@ class ContinuousState(eqx.Module):
 class ContinuousGSIIRL(eqx.Module):
     """GSIIRL in a continuous game.
 
-    `own_reward` is r_li; `accessed` reads values of r_ld. `remembered` interactions are averaged over in the lower level.
+    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions.
     """
 
     solver: Pathwise
@@ -234,19 +239,9 @@ class ContinuousGSIIRL(eqx.Module):
         return BilevelProblem(evaluate=evaluate, regularisation=self.regularisation)
 
 
-def policies_of(solution: Sides[Ascent]) -> Sides[PolicyNetwork]:
-    """The joint policy of a pair of ascents."""
-    return Sides(solution.learner.policy, solution.expert.policy)
-
-
 def first_states(episodes: Transition) -> PyTree:
     """The initial states of episodes (axes d, T)."""
     return jax.tree.map(lambda leaf: leaf[:, 0], episodes.state)
-
-
-def episodes_from(game: AbstractContinuousGame, policies: Sides[PolicyNetwork], starts: PyTree) -> Transition:
-    """An episode (axes d, T) from each of d initial states."""
-    return jax.vmap(lambda start: play(game, policies, start))(starts)
 
 
 def reward_gap(

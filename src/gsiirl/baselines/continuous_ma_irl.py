@@ -14,8 +14,8 @@ import jax
 import optax
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.continuous_learner import episodes_from, first_states, policies_of, reward_gap
-from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward
+from gsiirl.continuous_learner import first_states, reward_gap
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from, policies_of
 from gsiirl.rewards.continuous import AbstractTransitionReward
 from gsiirl.types import Sides, Transition
 
@@ -23,13 +23,13 @@ from gsiirl.types import Sides, Transition
 class ContinuousMAIRLState(eqx.Module):
     """Parameters of both sides' rewards, and the forward model at them."""
 
-    parameters: Sides[Array]
+    parameters: Sides[Any]
     solution: Sides[Ascent]
     optimiser: optax.OptState
 
 
 class ContinuousMAIRL(eqx.Module):
-    """Two-sided feature matching; `steps` matching steps an iteration, each after `solver_steps` of the forward model."""
+    """Two-sided feature matching: `steps` steps an iteration, each after `solver_steps` of the forward model."""
 
     solver: Pathwise
     own_reward: TransitionReward
@@ -42,7 +42,7 @@ class ContinuousMAIRL(eqx.Module):
     def init(self, key: PRNGKeyArray) -> ContinuousMAIRLState:
         """Random parameters in the unit ball, and random policies."""
         learner_key, expert_key, policy_key = jax.random.split(key, 3)
-        parameters = Sides(
+        parameters: Any = Sides(
             self.rewards.learner.initial_parameters(learner_key), self.rewards.expert.initial_parameters(expert_key)
         )
         return ContinuousMAIRLState(parameters, self.solver.init(policy_key), self.optimiser.init(parameters))
@@ -53,7 +53,7 @@ class ContinuousMAIRL(eqx.Module):
         """One iteration on a share of D* (axes d, T)."""
         starts, discount = first_states(demonstrations), self.solver.discount
 
-        def one_step(number: Array, carry: tuple[Sides[Array], Sides[Ascent], Any]) -> tuple[Any, Any, Any]:
+        def one_step(number: Array, carry: tuple[Any, Sides[Ascent], Any]) -> tuple[Any, Any, Any]:
             parameters, solution, optimiser = carry
             modelled_rewards = Sides[TransitionReward](
                 lambda seen: self.rewards.learner(parameters.learner, seen) + self.own_reward(seen),
@@ -67,7 +67,7 @@ class ContinuousMAIRL(eqx.Module):
             def gradient(reward: AbstractTransitionReward, theta: Array) -> Array:
                 return reward_gap(reward, theta, episodes, demonstrations, discount) + self.regularisation * theta
 
-            gradients = Sides(
+            gradients: Any = Sides(
                 gradient(self.rewards.learner, parameters.learner), gradient(self.rewards.expert, parameters.expert)
             )
             step, optimiser = self.optimiser.update(gradients, optimiser, parameters)

@@ -4,8 +4,8 @@
 
 The dynamics and the rewards are differentiable, so that one episode gives an exact gradient of its own return; a step
 averages over `batch` initial states. For one step of the learner the expert takes `expert_steps`: with equal steps both
-sides chase each other and settle where either can be exploited (measured in docs/equilibria.md); a faster expert is near
-its best response all along, as in two-time-scale gradient play (Heusel et al. 2017, Fiez and Ratliff 2021).
+sides chase each other and settle where either can be exploited (measured in docs/equilibria.md); a faster expert is
+near its best response all along, as in two-time-scale gradient play (Heusel et al. 2017, Fiez and Ratliff 2021).
 """
 
 from collections.abc import Callable
@@ -95,7 +95,7 @@ class Pathwise(eqx.Module):
         def one_step(state: Sides[Ascent], key: PRNGKeyArray) -> tuple[Sides[Ascent], Progress]:
             both_key, *expert_keys = jax.random.split(key, self.expert_steps)
             starts = self.starts(both_key)
-            policies = Sides(state.learner.policy, state.expert.policy)
+            policies = policies_of(state)
             values, pull_back = jax.vjp(lambda at: self.returns(at, rewards, starts), policies)
             zero, one = jnp.zeros_like(values.learner), jnp.ones_like(values.learner)
             # One rollout, pulled back twice: each side wants the gradient of its own return alone.
@@ -119,6 +119,23 @@ class Pathwise(eqx.Module):
 
         return jax.lax.scan(one_step, response, jax.random.split(key, steps))[0]
 
+    def answer(
+        self, expert_policy: PolicyNetwork, reward: TransitionReward, answer: Ascent, key: PRNGKeyArray, steps: int
+    ) -> Ascent:
+        """`steps` steps of the learner alone towards its best response to `expert_policy` under `reward`."""
+
+        def one_step(answer: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
+            starts = self.starts(key)
+
+            def value(policy: PolicyNetwork) -> Array:
+                return mean_return(
+                    reward, episodes_from(self.game, Sides(policy, expert_policy), starts), self.discount
+                )
+
+            return moved(self.optimiser.learner, answer, jax.grad(value)(answer.policy)), None
+
+        return jax.lax.scan(one_step, answer, jax.random.split(key, steps))[0]
+
     def starts(self, key: PRNGKeyArray) -> PyTree:
         """A batch of initial states."""
         return jax.vmap(self.game.reset)(jax.random.split(key, self.batch))
@@ -127,15 +144,14 @@ class Pathwise(eqx.Module):
         self, policies: Sides[PolicyNetwork], rewards: Sides[TransitionReward], starts: PyTree
     ) -> Sides[Float[Array, ""]]:
         """Both sides' discounted returns, the mean over `starts`."""
-        episodes = jax.vmap(lambda start: play(self.game, policies, start))(starts)
+        episodes = episodes_from(self.game, policies, starts)
         return jax.tree.map(lambda reward: mean_return(reward, episodes, self.discount), rewards)
 
     def _respond_once(
         self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, starts: PyTree
     ) -> Ascent:
         def value(policy: PolicyNetwork) -> Array:
-            episodes = jax.vmap(lambda start: play(self.game, Sides(learner_policy, policy), start))(starts)
-            return mean_return(reward, episodes, self.discount)
+            return mean_return(reward, episodes_from(self.game, Sides(learner_policy, policy), starts), self.discount)
 
         return self.responded(response, jax.grad(value)(response.policy))
 
@@ -146,8 +162,20 @@ class Pathwise(eqx.Module):
 
 def moved(optimiser: optax.GradientTransformation, ascent: Ascent, gradient: PyTree) -> Ascent:
     """One step of ascent along `gradient`."""
-    step, remembered = optimiser.update(jax.tree.map(jnp.negative, gradient), ascent.optimiser, ascent.policy)
-    return Ascent(optax.apply_updates(ascent.policy, step), remembered)
+    policy: Any = ascent.policy
+    step, remembered = optimiser.update(jax.tree.map(jnp.negative, gradient), ascent.optimiser, policy)
+    after: Any = optax.apply_updates(policy, step)
+    return Ascent(after, remembered)
+
+
+def policies_of(solution: Sides[Ascent]) -> Sides[PolicyNetwork]:
+    """The joint policy of a pair of ascents."""
+    return Sides(solution.learner.policy, solution.expert.policy)
+
+
+def episodes_from(game: AbstractContinuousGame, policies: Sides[PolicyNetwork], starts: PyTree) -> Transition:
+    """An episode (axes d, T) from each of d initial states."""
+    return jax.vmap(lambda start: play(game, policies, start))(starts)
 
 
 def mean_return(reward: TransitionReward, episodes: Transition, discount: float) -> Float[Array, ""]:

@@ -13,8 +13,8 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
 from gsiirl.continuous_expert import ContinuousRespondingExpert
-from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, episodes_from, policies_of, reward_gap
-from gsiirl.equilibria.pathwise import Ascent, Pathwise, mean_return
+from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, reward_gap
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, episodes_from, mean_return, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.evaluation.transition_similarity import epic, pearson
 from gsiirl.evaluation.truth import named
@@ -60,7 +60,7 @@ def prepare_continuous(config: ContinuousConfig, problem: ContinuousProblem) -> 
         algorithm=_ALGORITHMS[config.algorithm](config, problem, judge),
         iterations=training if config.algorithm == "marl" else config.iterations,
         chunk=CHUNK,
-        references=judge.references,
+        references=judge.random_alone if config.algorithm == "marl" else judge.references,
         parameters={name: Parameters(each.scale, tuple(each.names)) for name, each in rewards.items()},
     )
 
@@ -134,19 +134,41 @@ class Judge:
         start = self.trainer.init(start_key)
         return self.trainer.ascend(start, self.problem.true_rewards, ascent_key, self.config.training_steps)[0]
 
-    def references(self) -> Record:
-        """One MARL pair with both true rewards (`truth_`), and an untrained learner met by the true expert (`random_`)."""
-        marl_key, random_key = jax.random.split(self._key)
-        solution = self.true_play(marl_key)
-        episodes = self.episodes(policies_of(solution))
-        untrained = policies_of(self.trainer.init(random_key))
-        met = Sides(untrained.learner, self.best_response(untrained, solution.expert, random_key))
+    def exploitability(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> Record:
+        """What a best response trained from scratch gains over either side's policy, as a share of its |return|."""
+        rewards, steps = self.problem.true_rewards, self.config.training_steps
+        fresh = self.trainer.init(key)
+        answer = self.trainer.answer(policies.expert, rewards.learner, fresh.learner, key, steps).policy
+        response = self.trainer.respond(policies.learner, rewards.expert, fresh.expert, key, steps).policy
+        now = self.returns(self.episodes(policies))
+        best = Sides(
+            self.returns(self.episodes(Sides(answer, policies.expert))).learner,
+            self.returns(self.episodes(Sides(policies.learner, response))).expert,
+        )
+        gains = jax.tree.map(lambda after, before: (after - before) / jnp.abs(before), best, now)
+        return {"exploitability_learner": gains.learner, "exploitability_expert": gains.expert}
+
+    def truth(self, policies: Sides[PolicyNetwork]) -> Record:
+        """What a MARL pair earns, under the names of a reference."""
+        episodes = self.episodes(policies)
         rates = {f"truth_{name}": value for name, value in self.problem.judge_episodes(episodes).items()}
-        return {
-            **named("truth", self.returns(episodes)),
-            **rates,
-            **named("random", self.returns(self.episodes(met))),
-        }
+        return {**named("truth", self.returns(episodes)), **rates}
+
+    def references(self) -> Record:
+        """One MARL pair (`truth_`), and an untrained learner met by the true expert (`random_`)."""
+        marl_key, random_key = jax.random.split(self._key)
+        return {**self.truth(policies_of(self.true_play(marl_key))), **self.random(random_key)}
+
+    def random_alone(self) -> Record:
+        """The references of `marl`, which is its own truth."""
+        return self.random(jax.random.split(self._key)[1])
+
+    def random(self, key: PRNGKeyArray) -> Record:
+        """What an untrained learner earns when the true expert has trained against it."""
+        untrained = self.trainer.init(key)
+        policies = policies_of(untrained)
+        met = Sides(policies.learner, self.best_response(policies, untrained.expert, key))
+        return named("random", self.returns(self.episodes(met)))
 
     def paths(self, policies: Sides[PolicyNetwork]) -> dict[str, Array]:
         """Columns of a few sample episodes."""
@@ -318,27 +340,24 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
     def observe(solution: Sides[Ascent]) -> Record:
         policies = policies_of(solution)
-        episodes = judge.episodes(policies)
-        returns = judge.returns(episodes)
-        rates = problem.judge_episodes(episodes)
-        return {
-            **named("model", returns),
-            **named("deployed", returns),
-            **named("truth", returns),
-            **rates,
-            **{f"truth_{name}": value for name, value in rates.items()},
-        }
+        # Who knows the true rewards has no model to differ from them: both evaluations are one.
+        record, _, _ = judge.play(policies, policies)
+        return {**record, **judge.truth(policies)}
 
     def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
         def one_iteration(solution: Sides[Ascent], offset: Array) -> tuple[PyTree, Record]:
             one = jax.random.fold_in(key, first + offset)
             after, _ = judge.trainer.ascend(solution, problem.true_rewards, one, TRAINING_CHUNK)
-            return after, observe(solution)
+            # Measured at the end alone.
+            unknown = dict.fromkeys(("exploitability_learner", "exploitability_expert"), jnp.asarray(jnp.nan))
+            return after, observe(solution) | unknown
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
     def finish(solution: Sides[Ascent], key: PRNGKeyArray) -> Ending:
-        return Ending(observe(solution), judge.paths(policies_of(solution)), {}, {})
+        policies = policies_of(solution)
+        record = observe(solution) | judge.exploitability(policies, key)
+        return Ending(record, judge.paths(policies), {}, {})
 
     return Algorithm(judge.trainer.init, advance, finish)
 

@@ -16,7 +16,7 @@ from gsiirl.rewards.continuous import LinearTransitionReward
 from gsiirl.types import Sides, Transition
 
 ARENA = 0.8
-"""Positions are judged in [−0.8, 0.8]²."""
+"""Positions are judged within this distance of the origin, along each axis."""
 GRID = 81
 """Places along an axis on which the learned goal is looked for: 0.02 apart."""
 MAP = 33

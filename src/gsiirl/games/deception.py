@@ -41,9 +41,9 @@ class DeceptionState(eqx.Module):
 class Deception(AbstractContinuousGame[DeceptionState]):
     """Dynamics of physical deception.
 
-    The learner's action is (x, y) of agent 0, then of agent 1. Each good agent observes, relative to itself, its target,
-    both landmarks, the adversary and the other agent; the learner sees the observations of both. The adversary observes,
-    relative to itself, both landmarks and both agents, and no target. Nobody observes velocities.
+    The learner's action is (x, y) of agent 0, then of agent 1. Each good agent observes, relative to itself, its
+    target, both landmarks, the adversary and the other agent; the learner sees the observations of both. The adversary
+    observes, relative to itself, both landmarks and both agents, and no target. Nobody observes velocities.
 
     With `separate_target` the adversary's target is the landmark that is not the good agents'; else they share one.
     """

@@ -10,7 +10,7 @@ from gsiirl.games.base import AbstractContinuousGame, AbstractTabularGame
 from gsiirl.types import Policies, Sides, Trajectories, Transition
 
 Policy = Callable[[Float[Array, " o"], Float[Array, ""]], Float[Array, " A"]]
-"""A deterministic policy of a continuous game: what is observed, and t/T, to an action in [−1, 1]^A."""
+"""A deterministic policy of a continuous game: what is observed, and t/T, to an action within ±1 along each axis."""
 
 
 def rollout(key: PRNGKeyArray, game: AbstractTabularGame, policies: Policies) -> Trajectories:

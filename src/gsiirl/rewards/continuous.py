@@ -63,10 +63,10 @@ class LinearTransitionReward(AbstractTransitionReward):
 
 
 class NetworkReward(AbstractTransitionReward):
-    """r^θ(s, a, s') = scale · √h · w·tanh(W φ + b) / …: a smooth network of one hidden layer on features φ.
+    """r^θ(s, a, s') = scale · w·tanh(W φ(s, a, s') + b): a smooth network of one hidden layer on features φ.
 
-    θ collects W (h, m_φ), b (h,) and w (h,), each in units of `reach`: what the network's own parameters are when θ is in
-    the unit ball is θ · `reach`. tanh has derivatives of every order, as Assumption 1 of the paper asks.
+    θ · `reach` collects W (h, m_φ), b (h,) and w (h,): `reach` is how large they can be together while θ is in the unit
+    ball. tanh has derivatives of every order, as Assumption 1 of the paper asks.
     """
 
     features: AbstractTransitionFeatures

@@ -7,7 +7,7 @@ With p the positions after the step, d = ‖p_r − p_h‖ and v the human's spe
     r_e  = −‖g_h − p_h‖ − 5 · near(d; 0.1)                  the human: to be at its goal, and no collision
     r_ld = −near(d; 0.2) − 0.1 · exp(−(v/0.3)²/2) − 5 · near(d; 0.1)
 
-r_ld is how the human feels about the robot: uneasy when it is near, put out when held up (slow), and hit by a collision.
+r_ld is how the human feels about the robot: uneasy when it is near, put out when held up, hurt by a collision.
 The paper gives neither formulas nor weights; these are ours, and smooth, so that solvers can differentiate them.
 
 A collision is d < 0.1 after a step; the safe distance is 0.2.
