@@ -39,6 +39,7 @@ def walk(config: CrossingConfig, saved_game: Path | None) -> PreparedRun:
             paths={"x": state["position"] + jax.random.normal(key, (2, 5)), "goal": jnp.zeros((2, 5), jnp.int32)},
             learned={"expert_reward": jnp.stack([state["position"], -state["position"]])},
             reward_map={"x": places, "y": -places, "learned": places * state["position"], "true": places},
+            policies={"learner.layers.0.weight": state["position"] * jnp.ones((2, 3), jnp.float32)},
         )
 
     return PreparedRun(
@@ -91,6 +92,10 @@ def test_every_part_of_the_ending_is_kept(finished: Path):
     assert learned.arrays["expert_reward"].dtype == "float32"
     last = metrics.filter(polars.col("iteration") == 7)["position"]
     assert learned.weights("expert_reward")[:, 0].tolist() == (2.0 * last).to_list()
+    policies = folder.load_policies()
+    assert policies is not None
+    assert policies["learner.layers.0.weight"].shape == (3, 2, 3)
+    assert policies["learner.layers.0.weight"][:, 0, 0].tolist() == last.to_list()
 
 
 @pytest.mark.parametrize("stop_after", [0, 1, 2, 3])

@@ -16,6 +16,7 @@ from gsiirl.continuous_expert import ContinuousRespondingExpert
 from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, reward_gap
 from gsiirl.equilibria.pathwise import Ascent, Pathwise, episodes_from, mean_return, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.equilibria.policy_weights import weights_of
 from gsiirl.evaluation.transition_similarity import epic, pearson
 from gsiirl.evaluation.truth import named
 from gsiirl.experiments.continuous import ContinuousConfig
@@ -236,6 +237,7 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             judge.paths(Sides(learner.propose(state), answer)),
             learned,
             problem.reward_map(state.expert_parameters),
+            weights_of(learner=learner.propose(state), expert=state.solution.expert.policy, response=answer),
         )
 
     return Algorithm(init, advance, finish)
@@ -332,6 +334,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             judge.paths(Sides(model.learner, answer)),
             learned,
             problem.reward_map(state.parameters.expert),
+            weights_of(learner=model.learner, expert=model.expert, response=answer),
         )
 
     return Algorithm(init, advance, finish)
@@ -357,7 +360,9 @@ def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) ->
     def finish(solution: Sides[Ascent], key: PRNGKeyArray) -> Ending:
         policies = policies_of(solution)
         record = observe(solution) | judge.exploitability(policies, key)
-        return Ending(record, judge.paths(policies), {}, {})
+        return Ending(
+            record, judge.paths(policies), {}, {}, weights_of(learner=policies.learner, expert=policies.expert)
+        )
 
     return Algorithm(judge.trainer.init, advance, finish)
 

@@ -20,6 +20,8 @@ class Ending(NamedTuple):
     """Learned parameters: vectors, described by `PreparedRun.parameters`; empty where nothing is learned."""
     reward_map: dict[str, Array]
     """A learned reward beside the true one: columns `x`, `y`, `learned`, `true` of shape [points]; empty for none."""
+    policies: dict[str, Array]
+    """Weights of the networks that policies are, such as `learner.layers.0.weight`; empty where they are none."""
 
 
 @dataclass(frozen=True)

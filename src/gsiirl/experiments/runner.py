@@ -92,7 +92,7 @@ def _go_on(folder: RunFolder, config: ExperimentConfig, prepared: PreparedRun, c
 def _finish(
     folder: RunFolder, prepared: PreparedRun, ending: Ending, seeds: Array, chunk: int, references: dict[str, float]
 ) -> None:
-    """The last iteration's row, sample paths, what was learned, and the summary."""
+    """The last iteration's row, sample paths, what was learned, the policies, and the summary."""
     record = {name: value[:, None] for name, value in ending.record.items()}
     folder.append_metrics(chunk, _rows(record, seeds, prepared.iterations, references))
     folder.save_paths(_table(ending.paths, seeds, ("trajectory", "step")))
@@ -105,6 +105,8 @@ def _finish(
             {name: list(prepared.parameters[name].names) for name in ending.learned},
             np.asarray(seeds).tolist(),
         )
+    if ending.policies:
+        folder.save_policies({name: np.asarray(value) for name, value in ending.policies.items()})
     folder.write_summary(summarise(folder.config, folder.metrics(), completed=True))
 
 

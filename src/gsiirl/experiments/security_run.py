@@ -69,7 +69,7 @@ def _gsiirl(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
 
     def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
         proposal = learner.propose(state)
-        return Ending(observe(state, proposal), _sample_paths(problem, proposal, key), learned(state), {})
+        return Ending(observe(state, proposal), _sample_paths(problem, proposal, key), learned(state), {}, {})
 
     return Algorithm(
         init=learner.init,
@@ -104,7 +104,7 @@ def _ma_irl(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
     def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
         proposal = ma_irl.propose(state)
         learned = {"expert_reward": state.parameters.expert, "commitment": state.parameters.learner}
-        return Ending(observe(state, proposal), _sample_paths(problem, proposal, key), learned, {})
+        return Ending(observe(state, proposal), _sample_paths(problem, proposal, key), learned, {}, {})
 
     return Algorithm(init, advance, finish)
 
@@ -114,7 +114,7 @@ def _marl(config: SecurityConfig, problem: SecurityProblem) -> Algorithm:
 
     def finish(_: PyTree, key: PRNGKeyArray) -> Ending:
         record = {**problem.truth.evaluate(true_play.policies), **_solved(true_play)}
-        return Ending(record, _sample_paths(problem, true_play, key), {}, {})
+        return Ending(record, _sample_paths(problem, true_play, key), {}, {}, {})
 
     return Algorithm(
         init=lambda key: jnp.zeros(()), advance=lambda state, key, first, number: (state, {}), finish=finish

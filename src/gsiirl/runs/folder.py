@@ -16,6 +16,7 @@ from gsiirl.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from gsiirl.runs.json_file import encode_json, read_json, read_versioned_json, versioned, write_json
 from gsiirl.runs.learned import MEND, Learned, read_learned, write_learned
 from gsiirl.runs.metrics import append_chunk, read_chunks
+from gsiirl.runs.policies import read_policies, write_policies
 from gsiirl.runs.table_file import read_table, write_table
 
 INDEX_COLUMNS = ("seed", "trajectory", "step")
@@ -105,6 +106,14 @@ class RunFolder:
         """The learned parameters, or None where there are none."""
         return read_learned(self.path)
 
+    def save_policies(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Write the weights of the final policies, each of shape [seeds, ...]: `learner.layers.0.weight` and so on."""
+        write_policies(self._policies_path, arrays)
+
+    def load_policies(self) -> dict[str, np.ndarray] | None:
+        """The weights of the final policies by name, or None where there are none."""
+        return read_policies(self._policies_path)
+
     def save_paths(self, columns: Mapping[str, np.ndarray]) -> None:
         """Write the sample trajectories: `seed`, `trajectory`, `step` and what was there then, each of [rows]."""
         write_table(self._paths_path, columns, _types(columns))
@@ -130,6 +139,10 @@ class RunFolder:
         path = self.path / "summary.json"
         return read_versioned_json(path, MEND) if path.exists() else None
 
+    def write_evaluation(self, simulator: str, evaluation: dict[str, Any]) -> None:
+        """Write `evaluation-SIMULATOR.json`: what the final policies earn in another implementation of the game."""
+        write_json(self.path / f"evaluation-{simulator}.json", versioned(evaluation))
+
     def write_environment(self, environment: dict[str, Any]) -> None:
         """Write `environment.json`: versions, device, wall times."""
         write_json(self.path / "environment.json", environment)
@@ -142,6 +155,10 @@ class RunFolder:
     @property
     def _checkpoint_path(self) -> Path:
         return self.path / "checkpoint" / "state.safetensors"
+
+    @property
+    def _policies_path(self) -> Path:
+        return self.path / "policies.safetensors"
 
     @property
     def _paths_path(self) -> Path:

@@ -1,0 +1,31 @@
+"""The policies that a run ended with: weights of their networks, by name."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from gsiirl.errors import InputError
+from gsiirl.runs.array_file import read_arrays, write_arrays
+from gsiirl.runs.json_file import FORMAT_VERSION
+from gsiirl.runs.learned import MEND
+
+
+def write_policies(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write the weights, each of shape [seeds, ...], under names such as `learner.layers.0.weight`."""
+    write_arrays(path, arrays, {"format_version": str(FORMAT_VERSION)})
+
+
+def read_policies(path: Path) -> dict[str, np.ndarray] | None:
+    """The weights by name, or None where there are none (`security`, or a run that has not ended).
+
+    Raises:
+        InputError: the file is damaged or of an unknown format.
+    """
+    if not path.exists():
+        return None
+    arrays, metadata = read_arrays(path, MEND)
+    version = metadata.get("format_version")
+    if version != str(FORMAT_VERSION):
+        raise InputError(str(path), f"is damaged or of an unknown format (format_version {version!r})", MEND)
+    return arrays
