@@ -26,12 +26,13 @@ LAYERS = [
 ]
 """Lowest first: a part imports its own layer and those below it."""
 
-STANDALONE = {"hypergradients", "scenarios", "runs", "report"}
+STANDALONE = {"hypergradients", "scenarios", "adapters", "runs", "report"}
 """Parts that import none of the layers."""
 
 READERS = {
     "hypergradients": {"bilevel", "learner", "theory", "experiments"},
     "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
+    "adapters": {"experiments", "cli"},
     "runs": {"report", "theory", "experiments", "cli"},
     "report": {"theory", "experiments", "cli"},
 }
@@ -39,7 +40,7 @@ READERS = {
 
 EVERYWHERE = {"errors", "_version"}
 
-WITHOUT_JAX = {"__init__", "__main__", "_version", "cli", "errors", "report", "runs", "scenarios"}
+WITHOUT_JAX = {"__init__", "__main__", "_version", "adapters", "cli", "errors", "report", "runs", "scenarios"}
 WITHOUT_JAX_MODULES = {
     "gsiirl.experiments",
     "gsiirl.experiments.ablation",
@@ -48,6 +49,8 @@ WITHOUT_JAX_MODULES = {
     "gsiirl.experiments.continuous",
     "gsiirl.experiments.crossing",
     "gsiirl.experiments.deception",
+    "gsiirl.experiments.evaluate",
+    "gsiirl.experiments.mpe2_evaluation",
     "gsiirl.experiments.plan",
     "gsiirl.experiments.reproduce",
     "gsiirl.experiments.security",
@@ -134,6 +137,7 @@ def test_a_forbidden_import_is_seen():
         "from gsiirl.cli import main; main(['reproduce', '--help'])",
         "from gsiirl.cli import main; main(['list'])",
         "from gsiirl.cli import main; main(['theory', '--help'])",
+        "import gsiirl.experiments.mpe2_evaluation",
     ],
 )
 def test_jax_is_not_loaded(code: str):
@@ -142,7 +146,7 @@ def test_jax_is_not_loaded(code: str):
     assert (finished.returncode, finished.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("command", [["--help"], ["theory", "--help"]])
+@pytest.mark.parametrize("command", [["--help"], ["theory", "--help"], ["evaluate", "--help"]])
 def test_help_loads_nothing_heavy(command: list[str]):
     check = (
         "import sys; sys.exit(', '.join({'pydantic', 'polars', 'matplotlib', 'networkx', 'numpy'} & {*sys.modules}))"

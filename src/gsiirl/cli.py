@@ -45,6 +45,11 @@ _run.command(
 app.command(_run)
 app.command("gsiirl.experiments.commands:resume", name="resume", help="Go on with an interrupted run.")
 app.command(
+    "gsiirl.experiments.evaluate:evaluate",
+    name="evaluate",
+    help="Play a finished run's policies in somebody else's implementation of the game: mpe2's physical deception.",
+)
+app.command(
     "gsiirl.experiments.commands:reproduce",
     name="reproduce",
     help="The paper's comparison: every algorithm on every game, then the report.",

@@ -3,6 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from mpe2 import simple_adversary_v3
+from mpe2_world import state_of
 
 from gsiirl.games import Deception, DeceptionState
 from gsiirl.rewards.deception import adversary_reward, dependent_reward, own_reward
@@ -10,16 +11,6 @@ from gsiirl.types import Sides, Transition
 
 EPISODES = 100
 TOLERANCE = 1e-5
-
-
-def state_of(world) -> DeceptionState:
-    goal = next(index for index, each in enumerate(world.landmarks) if each is world.agents[0].goal_a)
-    return DeceptionState(
-        positions=jnp.asarray([agent.state.p_pos for agent in world.agents], jnp.float32),
-        velocities=jnp.asarray([agent.state.p_vel for agent in world.agents], jnp.float32),
-        landmarks=jnp.asarray([landmark.state.p_pos for landmark in world.landmarks], jnp.float32),
-        targets=Sides(jnp.asarray(goal, jnp.int32), jnp.asarray(goal, jnp.int32)),
-    )
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from gsiirl.equilibria.policy_network import PolicyNetwork
 
 
 def weights_of(**policies: PolicyNetwork) -> dict[str, Array]:
-    """The weights of policies by name: `learner=policy` gives `learner.layers.0.weight`, `learner.layers.0.bias`, ..."""
+    """The weights of policies by name; `learner=policy` gives `learner.layers.0.weight` and so on."""
     return {
         f"{name}.layers.{index}.{part}": getattr(layer, part)
         for name, policy in policies.items()

@@ -11,4 +11,5 @@ from gsiirl.runs.findings import Panel as Panel
 from gsiirl.runs.folder import RunFolder as RunFolder
 from gsiirl.runs.learned import Learned as Learned
 from gsiirl.runs.summary import GIVEN_THE_REWARDS as GIVEN_THE_REWARDS
+from gsiirl.runs.summary import statistics as statistics
 from gsiirl.runs.summary import summarise as summarise

@@ -31,7 +31,7 @@ def summarise(config: dict[str, Any], metrics: polars.DataFrame, completed: bool
             "failed_seeds": last.filter(failed)["seed"].to_list(),
             "iterations": max(last["iteration"].to_list(), default=0),
             "completed": completed,
-            "final": {name: _statistics(kept[name].to_numpy()) for name in names} if len(kept) else {},
+            "final": {name: statistics(kept[name].to_numpy()) for name in names} if len(kept) else {},
         }
     )
 
@@ -48,7 +48,8 @@ def _failed(last: polars.DataFrame, names: list[str], algorithm: str) -> polars.
     return polars.Series(failed)
 
 
-def _statistics(values: np.ndarray) -> dict[str, Any]:
+def statistics(values: np.ndarray) -> dict[str, Any]:
+    """Mean, standard deviation (n - 1; 0 for one seed) and the values themselves."""
     return {
         "mean": float(np.mean(values)),
         "std": float(np.std(values, ddof=1)) if len(values) > 1 else 0.0,

@@ -1,0 +1,1 @@
+"""Adapters: learned policies in other people's implementations of a game (no JAX)."""
