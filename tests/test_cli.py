@@ -75,7 +75,9 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == __version__
     assert main(["--help"]) == 0
-    assert {"run", "resume", "reproduce", "theory", "report", "list"} <= set(capsys.readouterr().out.split())
+    assert {"run", "resume", "evaluate", "reproduce", "theory", "report", "list"} <= set(
+        capsys.readouterr().out.split()
+    )
     assert main(["run", "security", "--help"]) == 0
     shown = capsys.readouterr().out
     assert "--graph-seed INT" in shown
@@ -104,7 +106,8 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
     [
         (
             "secruity",
-            "secruity: is no command of `gsiirl`; choose from run, resume, evaluate, reproduce, ablation, theory, report, list",
+            "secruity: is no command of `gsiirl`; "
+            "choose from run, resume, evaluate, reproduce, ablation, theory, report, list",
         ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
@@ -150,6 +153,12 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         ("report --out x", "DIR: no run folder was named; give the --out folder of at least one run"),
         ("report x", "--out: is missing; add --out DIR"),
         ("resume", "DIR: is missing; add DIR"),
+        ("evaluate --in mpe2", "DIR: is missing; add DIR"),
+        ("evaluate x", "--in: is missing; add --in mpe2"),
+        ("evaluate x --in mpe3", "--in: cannot be mpe3; see `gsiirl evaluate --help`"),
+        ("evaluate x --in mpe2 --pair y", "--pair: cannot be y; see `gsiirl evaluate --help`"),
+        ("evaluate x --in mpe2 --episodes 0", "--episodes: cannot be 0; give a whole number of at least 1"),
+        ("evaluate x --in mpe2", "x: is no folder; give the --out folder of a run"),
         ("theory", "--out: is missing; add --out DIR"),
         ("theory --quik --out x", "--quik: is no flag of `gsiirl theory`; did you mean --quick?"),
     ],

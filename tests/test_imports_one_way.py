@@ -30,7 +30,7 @@ STANDALONE = {"hypergradients", "scenarios", "adapters", "runs", "report"}
 """Parts that import none of the layers."""
 
 READERS = {
-    "hypergradients": {"bilevel", "learner", "theory", "experiments"},
+    "hypergradients": {"bilevel", "learner", "continuous_learner", "theory", "experiments"},
     "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
     "adapters": {"experiments", "cli"},
     "runs": {"report", "theory", "experiments", "cli"},

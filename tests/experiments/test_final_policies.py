@@ -1,0 +1,36 @@
+"""Which networks each algorithm's ending keeps; nothing is compiled."""
+
+import jax
+import pytest
+
+from gsiirl.experiments.deception import DeceptionConfig
+from gsiirl.experiments.deception_problem import prepare
+
+pytestmark = pytest.mark.usefixtures("optax_promotion")
+
+SIZES = {"learner": (21, 4), "expert": (9, 2), "response": (9, 2)}
+HIDDEN = 3
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "networks"),
+    [
+        ("gsiirl", ["learner", "expert", "response"]),
+        ("ma-irl", ["learner", "expert", "response"]),
+        ("marl", ["learner", "expert"]),
+    ],
+)
+def test_the_ending_keeps_every_network(algorithm, networks: list[str]):
+    with jax.enable_x64(False):
+        small = {"horizon": 2, "batch": 2, "trajectories": 2, "evaluation_episodes": 2, "hidden": HIDDEN}
+        algorithm = prepare(DeceptionConfig(algorithm=algorithm, **small).resolved()).algorithm
+        key = jax.eval_shape(lambda: jax.random.key(0))
+        ending = jax.eval_shape(lambda key: algorithm.finish(algorithm.init(key), key), key)
+    expected = {}
+    for name in networks:
+        inputs, outputs = SIZES[name]
+        for layer, (before, after) in enumerate([(inputs, HIDDEN), (HIDDEN, HIDDEN), (HIDDEN, outputs)]):
+            expected[f"{name}.layers.{layer}.weight"] = (after, before)
+            expected[f"{name}.layers.{layer}.bias"] = (after,)
+    assert {name: array.shape for name, array in ending.policies.items()} == expected
+    assert {array.dtype.name for array in ending.policies.values()} == {"float32"}
