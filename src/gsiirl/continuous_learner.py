@@ -4,9 +4,8 @@ For k = 0, …, K − 1, with the forward model a pair of networks π(k) that go
 
     D_k        ← the expert's demonstrations while the learner plays π_l(k)       line 4, into the memory
     θ_e(k+1)   ← t_k projected steps along −((μ_e(π') − μ̂_e(D)) + λθ_e)           lines 5-9
-    θ          ← θ_l(k); with `honest_start` the r_ld fitted to the values read, where f is greater there
-    g          ← ∇f at (θ, θ_e(k+1))                                              lines 11-14
-    θ_l(k+1)   ← Proj(θ + step of g)                                              line 15
+    g          ← ∇f at (θ_l(k), θ_e(k+1))                                         lines 11-14
+    θ_l(k+1)   ← Proj(θ_l(k) + step of g)                                         line 15
     π(k+1)     ← `solver_steps` steps of the forward model at (θ_l(k+1), θ_e(k+1)), from π(k)
 
 Deterministic policies have no likelihood: Lemma 1's gradient is then that of feature matching, with
@@ -15,6 +14,11 @@ Deterministic policies have no likelihood: Lemma 1's gradient is then that of fe
 * `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction; each
   response is a network that takes one step of ascent for each step of θ_e.
 * `equilibrium` (the paper's line 6): the forward model, for the newest demonstrations.
+
+A policy network needs many steps to settle, so that what a change of θ_l is worth shows late: at first it only costs,
+since π_l leaves its best response before the expert has moved. `TwinBranches` therefore keeps two more forward models,
+at θ_l ± pΔ, that go on beside π(k) for `period` iterations; then f at them gives a step along Δ, and they start anew
+with another Δ. For the first `period` iterations θ_l is the r_ld fitted to the values read.
 
 μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so what is left of the
 difference is how the modelled expert differs from the real one, and not which episodes were drawn.
@@ -26,7 +30,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import optax
-from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, PyTree
 
 from gsiirl.bilevel import LowerLevel
 from gsiirl.equilibria.pathwise import (
@@ -52,6 +56,20 @@ class Lived(eqx.Module):
     learner_policy: PolicyNetwork
     demonstrations: Transition
     response: Ascent
+
+
+class TwinBranches(eqx.Module):
+    """∇f by simultaneous perturbation (Spall 1992), from forward models that stay perturbed for `period` iterations."""
+
+    perturbation: float
+    period: int = eqx.field(static=True)
+
+
+class Branches(eqx.Module):
+    """The forward models at θ_l + pΔ and θ_l − pΔ, along a leading axis, and Δ ∈ {−1, 1}^n."""
+
+    direction: Float[Array, " n"]
+    solutions: Sides[Ascent]
 
 
 class ContinuousState(eqx.Module):
@@ -82,14 +100,13 @@ class ContinuousGSIIRL(eqx.Module):
     dependent_reward: LinearTransitionReward
     expert_reward: AbstractTransitionReward
     inner_loop: MaximumLikelihood
-    hypergradient: AbstractEstimator
+    hypergradient: AbstractEstimator | TwinBranches
     regularisation: float
     trajectories: int = eqx.field(static=True)
     optimiser: optax.GradientTransformation = eqx.field(static=True)
     solver_steps: int = eqx.field(static=True)
     remembered: int = eqx.field(static=True)
     lower_level: LowerLevel = eqx.field(static=True)
-    honest_start: bool = eqx.field(static=True)
 
     def init(self, key: PRNGKeyArray) -> ContinuousState:
         """Random parameters in the unit ball, and random policies."""
@@ -107,7 +124,9 @@ class ContinuousGSIIRL(eqx.Module):
             accessed=LeastSquares.empty(commitment.shape[0], commitment.dtype),
             upper_optimiser=self.optimiser.init(commitment),
             lower_optimiser=self.inner_loop.optimiser.init(expert_parameters),
-            hypergradient=self.hypergradient.init(expert_parameters),
+            hypergradient=Branches(jnp.ones_like(commitment), twins(solution))
+            if isinstance(self.hypergradient, TwinBranches)
+            else self.hypergradient.init(expert_parameters),
         )
 
     def propose(self, state: ContinuousState) -> PolicyNetwork:
@@ -125,17 +144,16 @@ class ContinuousGSIIRL(eqx.Module):
         expert_parameters, lower_optimiser, memory = self._lower(state, memory, lower_key, iteration)
         accessed = self._read(state.accessed, demonstrations)
         fitted = accessed.solve(self.regularisation)
-        problem = self._problem(state.solution, fitted, demonstrations, upper_key)
-        start = state.commitment
-        if self.honest_start:
-            candidates = jnp.stack([start, fitted])
-            values = jax.vmap(problem.objective, (0, None))(candidates, expert_parameters)
-            start = candidates[jnp.argmax(values)]
-        estimate, hypergradient = self.hypergradient.estimate(
-            problem, start, expert_parameters, state.hypergradient, jax.random.fold_in(upper_key, 1), iteration
-        )
-        step, upper_optimiser = self.optimiser.update(-estimate.value, state.upper_optimiser, start)
-        commitment = optax.projections.projection_l2_ball(optax.apply_updates(start, step), 1.0)
+        if isinstance(self.hypergradient, TwinBranches):
+            commitment, upper_optimiser, hypergradient = self._upper_by_branches(
+                self.hypergradient, state, expert_parameters, fitted, demonstrations, upper_key, iteration
+            )
+        else:
+            problem = self._problem(state.solution, fitted, demonstrations, upper_key)
+            estimate, hypergradient = self.hypergradient.estimate(
+                problem, state.commitment, expert_parameters, state.hypergradient, upper_key, iteration
+            )
+            commitment, upper_optimiser = self._stepped(state, estimate.value)
         solution, _ = self._ascend(state.solution, commitment, expert_parameters, forward_key)
         return ContinuousState(
             commitment=commitment,
@@ -163,6 +181,43 @@ class ContinuousGSIIRL(eqx.Module):
         self, solution: Sides[Ascent], commitment: Array, expert_parameters: Array, key: PRNGKeyArray
     ) -> tuple[Sides[Ascent], Any]:
         return self.solver.ascend(solution, self.rewards(commitment, expert_parameters), key, self.solver_steps)
+
+    def _stepped(self, state: ContinuousState, gradient: Float[Array, " n"]) -> tuple[Array, optax.OptState]:
+        """θ_l after a projected step of ascent along ∇f, and the optimiser's state."""
+        step, optimiser = self.optimiser.update(-gradient, state.upper_optimiser, state.commitment)
+        return optax.projections.projection_l2_ball(optax.apply_updates(state.commitment, step), 1.0), optimiser
+
+    def _upper_by_branches(
+        self,
+        settings: TwinBranches,
+        state: ContinuousState,
+        expert_parameters: Array,
+        fitted: Array,
+        demonstrations: Transition,
+        key: PRNGKeyArray,
+        iteration: Int[Array, ""],
+    ) -> tuple[Array, optax.OptState, Branches]:
+        """θ_l, the optimiser's state and the branches after this iteration; θ_l moves where a period ends."""
+        ascent_key, direction_key = jax.random.split(key)
+        branches: Branches = state.hypergradient
+        offsets = settings.perturbation * jnp.stack([branches.direction, -branches.direction])
+
+        def on(solution: Sides[Ascent], offset: Array) -> tuple[Sides[Ascent], Array]:
+            # The same key for both: what differs between them is θ_l alone.
+            after, _ = self._ascend(solution, state.commitment + offset, expert_parameters, ascent_key)
+            episodes = episodes_from(self.solver.game, policies_of(after), first_states(demonstrations))
+            honest = self.rewards(fitted, expert_parameters).learner
+            return after, mean_return(honest, episodes, self.solver.discount)
+
+        solutions, values = jax.vmap(on)(branches.solutions, offsets)
+        slope = (values[0] - values[1]) / (2.0 * settings.perturbation)
+        stepped = self._stepped(state, slope * branches.direction)
+        first, ends = iteration < settings.period, (iteration + 1) % settings.period == 0
+        commitment, optimiser = chosen(ends & ~first, stepped, (state.commitment, state.upper_optimiser))
+        direction = jax.random.rademacher(direction_key, branches.direction.shape, branches.direction.dtype)
+        renewed = Branches(direction, twins(state.solution))
+        kept = Branches(branches.direction, solutions)
+        return jnp.where(first, fitted, commitment), optimiser, chosen(ends, renewed, kept)
 
     def _lower(
         self, state: ContinuousState, memory: Memory[Lived], key: PRNGKeyArray, iteration: Int[Array, ""]
@@ -237,6 +292,16 @@ class ContinuousGSIIRL(eqx.Module):
             )
 
         return BilevelProblem(evaluate=evaluate, regularisation=self.regularisation)
+
+
+def twins(solution: Sides[Ascent]) -> Sides[Ascent]:
+    """The same pair twice, along a leading axis."""
+    return jax.tree.map(lambda leaf: jnp.stack([leaf, leaf]), solution)
+
+
+def chosen(condition: Bool[Array, ""], one: PyTree, other: PyTree) -> PyTree:
+    """`one` where the condition holds, else `other`."""
+    return jax.tree.map(lambda first, second: jnp.where(condition, first, second), one, other)
 
 
 def first_states(episodes: Transition) -> PyTree:

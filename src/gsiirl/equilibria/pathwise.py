@@ -3,9 +3,11 @@
     J_i(π) = E_{s_0 ~ P0}[Σ_t γ^t r_i(s_t, a_t, s_{t+1})],     π_i ← π_i + step of ∇_{π_i} J_i(π)
 
 The dynamics and the rewards are differentiable, so that one episode gives an exact gradient of its own return; a step
-averages over `batch` initial states. For one step of the learner the expert takes `expert_steps`: with equal steps both
-sides chase each other and settle where either can be exploited (measured in docs/equilibria.md); a faster expert is
-near its best response all along, as in two-time-scale gradient play (Heusel et al. 2017, Fiez and Ratliff 2021).
+averages over `batch` initial states. Two things keep the pair from settling where either side can be exploited (measured
+in docs/equilibria.md). The expert may take `expert_steps` steps for one of the learner's: it then is near its best
+response all along, as in two-time-scale gradient play (Heusel et al. 2017, Fiez and Ratliff 2021). And with `noise` both
+hands shake while they learn, though not when they play: what one side reads from the other's moves is then less than all
+of it, so that a side that must not be seen through (the agents of the deception) does not settle where it always is.
 """
 
 from collections.abc import Callable
@@ -17,7 +19,7 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
-from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.equilibria.policy_network import NoisyPolicy, PolicyNetwork
 from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.games.rollout import play
 from gsiirl.types import Sides, Transition
@@ -49,6 +51,7 @@ class Pathwise(eqx.Module):
     hidden: int = eqx.field(static=True)
     optimiser: Sides[optax.GradientTransformation] = eqx.field(static=True)
     expert_steps: int = eqx.field(static=True)
+    noise: float = eqx.field(static=True)
 
     @classmethod
     def create(
@@ -62,6 +65,7 @@ class Pathwise(eqx.Module):
         decay_steps: int = 1000,
         last_rate: float = 0.1,
         expert_steps: int = 2,
+        noise: float = 0.0,
     ) -> "Pathwise":
         """With Adam for both sides, its rate falling along half a cosine to `last_rate` of the first one.
 
@@ -73,7 +77,7 @@ class Pathwise(eqx.Module):
             return optax.chain(optax.clip_by_global_norm(1.0), optax.adam(rate))
 
         optimiser = Sides(adam(decay_steps), adam(decay_steps * expert_steps))
-        return cls(game, discount, batch, hidden, optimiser, expert_steps)
+        return cls(game, discount, batch, hidden, optimiser, expert_steps, noise)
 
     def init(self, key: PRNGKeyArray) -> Sides[Ascent]:
         """Random policies."""
@@ -94,17 +98,19 @@ class Pathwise(eqx.Module):
 
         def one_step(state: Sides[Ascent], key: PRNGKeyArray) -> tuple[Sides[Ascent], Progress]:
             both_key, *expert_keys = jax.random.split(key, self.expert_steps)
-            starts = self.starts(both_key)
-            policies = policies_of(state)
-            values, pull_back = jax.vjp(lambda at: self.returns(at, rewards, starts), policies)
+            values, pull_back = jax.vjp(lambda at: self._noisy_returns(at, rewards, both_key), policies_of(state))
             zero, one = jnp.zeros_like(values.learner), jnp.ones_like(values.learner)
             # One rollout, pulled back twice: each side wants the gradient of its own return alone.
             gradients = Sides(pull_back(Sides(one, zero))[0].learner, pull_back(Sides(zero, one))[0].expert)
             learner = moved(self.optimiser.learner, state.learner, gradients.learner)
             expert = moved(self.optimiser.expert, state.expert, gradients.expert)
             for expert_key in expert_keys:
-                expert = self._respond_once(state.learner.policy, rewards.expert, expert, self.starts(expert_key))
-            norms = Sides(optax.global_norm(gradients.learner), optax.global_norm(gradients.expert))
+
+                def value(policy: PolicyNetwork, key: PRNGKeyArray = expert_key) -> Array:
+                    return self._noisy_returns(Sides(state.learner.policy, policy), rewards, key).expert
+
+                expert = self.responded(expert, jax.grad(value)(expert.policy))
+            norms = Sides(optax.tree.norm(gradients.learner), optax.tree.norm(gradients.expert))
             return Sides(learner, expert), Progress(values, norms)
 
         return jax.lax.scan(one_step, state, jax.random.split(key, steps))
@@ -140,12 +146,29 @@ class Pathwise(eqx.Module):
         """A batch of initial states."""
         return jax.vmap(self.game.reset)(jax.random.split(key, self.batch))
 
-    def returns(
-        self, policies: Sides[PolicyNetwork], rewards: Sides[TransitionReward], starts: PyTree
+    def _noisy_returns(
+        self, policies: Sides[PolicyNetwork], rewards: Sides[TransitionReward], key: PRNGKeyArray
     ) -> Sides[Float[Array, ""]]:
-        """Both sides' discounted returns, the mean over `starts`."""
-        episodes = episodes_from(self.game, policies, starts)
+        """Both sides' discounted returns, the mean over a batch of episodes in which both hands shake."""
+        start_key, noise_key = jax.random.split(key)
+        starts = self.starts(start_key)
+        if self.noise == 0.0:
+            episodes = episodes_from(self.game, policies, starts)
+        else:
+
+            def episode(start: PyTree, key: PRNGKeyArray) -> Transition:
+                sizes, keys = self.game.action_size, jax.random.split(key)
+                shaking = Sides(
+                    NoisyPolicy(policies.learner, self._shake(keys[0], sizes.learner)),
+                    NoisyPolicy(policies.expert, self._shake(keys[1], sizes.expert)),
+                )
+                return play(self.game, shaking, start)
+
+            episodes = jax.vmap(episode)(starts, jax.random.split(noise_key, self.batch))
         return jax.tree.map(lambda reward: mean_return(reward, episodes, self.discount), rewards)
+
+    def _shake(self, key: PRNGKeyArray, actions: int) -> Float[Array, "T A"]:
+        return self.noise * jax.random.normal(key, (self.game.horizon, actions), jnp.float32)
 
     def _respond_once(
         self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, starts: PyTree

@@ -30,7 +30,23 @@ class PolicyNetwork(eqx.Module):
         return cls(tuple(layers))
 
     def __call__(self, observation: Float[Array, " o"], time: Float[Array, ""]) -> Float[Array, " A"]:
+        return jnp.tanh(self.intention(observation, time))
+
+    def intention(self, observation: Float[Array, " o"], time: Float[Array, ""]) -> Float[Array, " A"]:
+        """The action before the outer tanh."""
         value = jnp.concatenate([observation, time[None]])
-        for layer in self.layers:
+        for layer in self.layers[:-1]:
             value = jnp.tanh(layer(value))
-        return value
+        return self.layers[-1](value)
+
+
+class NoisyPolicy(eqx.Module):
+    """tanh(intention + noise_t): a policy whose hand shakes; `noise` (T, A) is that of one episode."""
+
+    policy: PolicyNetwork
+    noise: Float[Array, "T A"]
+
+    def __call__(self, observation: Float[Array, " o"], time: Float[Array, ""]) -> Float[Array, " A"]:
+        steps = self.noise.shape[0]
+        step = jnp.round(time * steps).astype(jnp.int32)
+        return jnp.tanh(self.policy.intention(observation, time) + self.noise[step])

@@ -31,9 +31,10 @@ class ContinuousConfig:
     """What the learned rewards are made of: weights of fixed features, or a small network."""
     response: Literal["well_specified", "frozen"] | None = None
     """What the hypergradient takes for the expert's response: `well_specified` (default) or `frozen` (paper)."""
-    hypergradient: Literal["direct", "spsa"] = "spsa"
-    """Estimator of the hypergradient: `spsa`, through the warm-started solver by differences, or `direct`, by
-    differentiating the solver's steps."""
+    hypergradient: Literal["branches", "spsa", "direct"] | None = None
+    """Estimator of the hypergradient: `branches` (default), by differences of two forward models that stay perturbed
+    for `period` iterations; `spsa` (paper), by differences after `solver_steps` steps; `direct`, by derivatives of
+    these steps."""
     seeds: int = Field(default=10, ge=1)
     """Number of seeds."""
     first_seed: int = Field(default=0, ge=0)
@@ -52,21 +53,26 @@ class ContinuousConfig:
     """Projected steps on the expert's parameters in each iteration (not in paper: t_k = ceil((k+1)^(1/4)/2))."""
     inner_step_size: float = Field(default=0.01, gt=0)
     """First step of the lower level, in the unit ball."""
-    step_size: float = Field(default=0.05, gt=0)
-    """First step of the upper level, in the unit ball (not in paper)."""
     step_decay: float = Field(default=20.0, gt=0)
-    """Iterations after which the steps of both levels are halved: step_size / (1 + k / step_decay) (not in paper)."""
+    """Iterations k after which the lower level's step is halved: it is 1 / (1 + k / step_decay) of the first (not in
+    paper)."""
+    step_size: float = Field(default=0.003, gt=0)
+    """Step of the upper level on the gradient of the learner's return, in the unit ball (not in paper)."""
+    period: int = Field(default=10, ge=1)
+    """Iterations for which `branches` keeps its perturbation, and the learner its honest start."""
     smoothness: float = Field(default=10.0, gt=0)
     """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
     remembered: int | None = Field(default=None, ge=1)
     """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
     default 4 (paper 1)."""
     perturbation: float | None = Field(default=None, gt=0)
-    """SPSA's first perturbation in the unit ball; default 0.05 (paper 1)."""
+    """First perturbation of the commitment in the unit ball; default 0.05 (paper 1)."""
     batch: int = Field(default=64, ge=1)
     """Episodes of a gradient step of the solver."""
     learning_rate: float = Field(default=3e-3, gt=0)
     """Adam's first step on the policy networks; it falls to a tenth."""
+    noise: float = Field(default=0.0, ge=0)
+    """Standard deviation of the noise on both sides' actions, before the outer tanh, while the solver learns."""
     expert_steps: int = Field(default=2, ge=1)
     """Steps that the solver's expert takes for each of the learner's."""
     solver_steps: int = Field(default=20, ge=1)
@@ -98,6 +104,7 @@ class ContinuousConfig:
 
 DEFAULT: dict[str, Any] = {
     "response": "well_specified",
+    "hypergradient": "branches",
     "remembered": 4,
     "perturbation": 0.05,
 }
@@ -105,6 +112,7 @@ DEFAULT: dict[str, Any] = {
 
 PAPER: dict[str, Any] = {
     "response": "frozen",
+    "hypergradient": "spsa",
     "remembered": 1,
     "perturbation": 1.0,
 }

@@ -13,7 +13,7 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
 from gsiirl.continuous_expert import ContinuousRespondingExpert
-from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, reward_gap
+from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, TwinBranches, reward_gap
 from gsiirl.equilibria.pathwise import Ascent, Pathwise, episodes_from, mean_return, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of
@@ -37,6 +37,7 @@ EVALUATION_KEY = 20261125
 COMPARED = 4000
 SAMPLE_PATHS = 12
 CHUNK = 2
+SMALL_GAP = 0.1
 TRAINING_CHUNK = 50
 """Solver steps in one iteration of `marl`."""
 
@@ -191,6 +192,7 @@ def _solver(config: ContinuousConfig, problem: ContinuousProblem, steps: int) ->
         learning_rate=config.learning_rate,
         decay_steps=max(steps, 1),
         expert_steps=config.expert_steps,
+        noise=config.noise,
     )
 
 
@@ -248,8 +250,8 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         steps, inner = growing_steps, optax.sgd(config.inner_step_size)
         outer = optax.sgd(1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5))
     else:
-        steps, inner = constant_steps(config.inner_steps), optax.adam(_inner_rate(config))
-        outer = optax.adam(lambda step: config.step_size / (1.0 + step / config.step_decay))
+        steps, inner = constant_steps(config.inner_steps), _matching(config)
+        outer = optax.sgd(config.step_size)
     return ContinuousGSIIRL(
         solver=_solver(config, problem, config.iterations * config.solver_steps),
         own_reward=problem.own_reward,
@@ -264,22 +266,30 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         solver_steps=config.solver_steps,
         remembered=config.remembered or 1,
         lower_level="equilibrium" if config.algorithm == "paper" else "played",
-        honest_start=config.algorithm != "paper",
     )
 
 
-def _inner_rate(config: ContinuousConfig) -> optax.Schedule:
+def _matching(config: ContinuousConfig) -> optax.GradientTransformation:
+    """Steps along gaps of features. Adam, but a gap well below `SMALL_GAP` makes a step smaller than a whole one.
+
+    Else the sampling noise of features that already match would move their weights as fast as a real gap.
+    """
     # The steps of one iteration count as one: the rate falls with the iterations.
     decay = config.step_decay * config.inner_steps
-    return lambda step: config.inner_step_size / (1.0 + step / decay)
+    return optax.adam(lambda step: config.inner_step_size / (1.0 + step / decay), eps=SMALL_GAP)
 
 
-def _hypergradient(config: ContinuousConfig) -> AbstractEstimator:
+def _hypergradient(config: ContinuousConfig) -> AbstractEstimator | TwinBranches:
     assert config.response is not None, "the configuration is not resolved"
-    if config.hypergradient == "direct":
-        return Implicit(config.response)
-    decay = 1.0 if config.algorithm == "paper" else 0.101
-    return SPSA(config.response, config.perturbation or 0.05, decay)
+    assert config.perturbation is not None, "the configuration is not resolved"
+    match config.hypergradient:
+        case "branches":
+            return TwinBranches(config.perturbation, config.period)
+        case "direct":
+            return Implicit(config.response)
+        case _:
+            decay = 1.0 if config.algorithm == "paper" else 0.101
+            return SPSA(config.response, config.perturbation, decay)
 
 
 def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
@@ -292,7 +302,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
         regularisation=config.regularisation,
         steps=config.inner_steps,
         solver_steps=between,
-        optimiser=optax.adam(_inner_rate(config)),
+        optimiser=_matching(config),
     )
     expert = ContinuousRespondingExpert(judge.trainer, problem.true_expert_reward, config.response_steps)
 

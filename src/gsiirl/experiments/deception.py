@@ -2,6 +2,7 @@
 
 from typing import ClassVar, Literal
 
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gsiirl.experiments.continuous import CHECKED, ContinuousConfig
@@ -14,5 +15,17 @@ class DeceptionConfig(ContinuousConfig):
     experiment: ClassVar[str] = "deception"
     preparation: ClassVar[str] = "gsiirl.experiments.deception_problem:prepare"
 
+    batch: int = Field(default=128, ge=1)
+    """Episodes of a gradient step of the solver."""
+    noise: float = Field(default=0.5, ge=0)
+    """Standard deviation of the noise on both sides' actions, before the outer tanh, while the solver learns."""
+    expert_steps: int = Field(default=1, ge=1)
+    """Steps that the solver's expert takes for each of the learner's."""
+    learning_rate: float = Field(default=5e-3, gt=0)
+    """Adam's first step on the policy networks; it falls to a tenth."""
+    solver_steps: int = Field(default=60, ge=1)
+    """Solver steps in each outer iteration, from the policies of the last one."""
+    training_steps: int = Field(default=3000, ge=1)
+    """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     variant: Literal["mpe", "separate_target"] = "mpe"
     """`mpe`: both sides want the same landmark, so that r_ld = -r_e; `separate_target`: the adversary wants another."""
