@@ -1,5 +1,7 @@
 """Which networks each algorithm's ending keeps; nothing is compiled."""
 
+from typing import Any
+
 import jax
 import pytest
 
@@ -22,7 +24,13 @@ HIDDEN = 3
 )
 def test_the_ending_keeps_every_network(algorithm, networks: list[str]):
     with jax.enable_x64(False):
-        small = {"horizon": 2, "batch": 2, "trajectories": 2, "evaluation_episodes": 2, "hidden": HIDDEN}
+        small: dict[str, Any] = {
+            "horizon": 2,
+            "batch": 2,
+            "trajectories": 2,
+            "evaluation_episodes": 2,
+            "hidden": HIDDEN,
+        }
         algorithm = prepare(DeceptionConfig(algorithm=algorithm, **small).resolved()).algorithm
         key = jax.eval_shape(lambda: jax.random.key(0))
         ending = jax.eval_shape(lambda key: algorithm.finish(algorithm.init(key), key), key)

@@ -58,7 +58,7 @@ def played(run: RunFolder, learner: str, expert: str, place: int) -> list[float]
     weights = run.load_policies()
     assert weights is not None
     environment = mpe2.simple_adversary(HORIZON)
-    pair = [NumpyPolicy.of(weights, name, place) for name in (learner, expert)]
+    pair = NumpyPolicy.of(weights, learner, place), NumpyPolicy.of(weights, expert, place)
     return np.mean([mpe2.play(environment, HORIZON, *pair, seed) for seed in range(EPISODES)], axis=0).tolist()
 
 

@@ -26,7 +26,7 @@ def compared() -> dict[str, float]:
         seen = Transition(state, actions, following)
         return following, game.observe(following), (own_reward(seen) + dependent_reward(seen), adversary_reward(seen))
 
-    largest = dict.fromkeys(("position", "velocity", "observation", "reward"), 0.0)
+    largest: dict[str, float] = dict.fromkeys(("position", "velocity", "observation", "reward"), 0.0)
     steps = 0
     for episode in range(EPISODES):
         reference.reset(seed=episode)
