@@ -37,7 +37,9 @@ def test_the_crossings_rewards_are_their_formulas():
         assert float(crossing.own_reward(seen)) == pytest.approx(-np.hypot(robot[0], robot[1] - 0.5), rel=1e-5)
         expected = -np.hypot(human[0] + 0.5, human[1]) - 5 * near(0.1)
         assert float(crossing.human_reward(seen)) == pytest.approx(expected, rel=1e-5)
-        assert float(crossing.dependent_reward(seen)) == pytest.approx(-near(0.2) - 0.1 * slow - 5 * near(0.1), rel=1e-5)
+        assert float(crossing.dependent_reward(seen)) == pytest.approx(
+            -near(0.2) - 0.1 * slow - 5 * near(0.1), rel=1e-5
+        )
 
 
 def test_the_robots_features_can_express_the_dependent_reward():

@@ -55,7 +55,7 @@ class ContinuousMAIRL(eqx.Module):
 
         def one_step(number: Array, carry: tuple[Any, Sides[Ascent], Any]) -> tuple[Any, Any, Any]:
             parameters, solution, optimiser = carry
-            modelled_rewards = Sides[TransitionReward](
+            modelled_rewards: Sides[TransitionReward] = Sides(
                 lambda seen: self.rewards.learner(parameters.learner, seen) + self.own_reward(seen),
                 lambda seen: self.rewards.expert(parameters.expert, seen),
             )

@@ -56,8 +56,9 @@ class ContinuousConfig:
     step_decay: float = Field(default=20.0, gt=0)
     """Iterations k after which the lower level's step is halved: it is 1 / (1 + k / step_decay) of the first (not in
     paper)."""
-    step_size: float = Field(default=0.003, gt=0)
-    """Step of the upper level on the gradient of the learner's return, in the unit ball (not in paper)."""
+    step_size: float = Field(default=0.02, gt=0)
+    """Step of the upper level on the gradient of the learner's return, clipped to norm 1, in the unit ball (not in
+    paper)."""
     period: int = Field(default=10, ge=1)
     """Iterations for which `branches` keeps its perturbation, and the learner its honest start."""
     smoothness: float = Field(default=10.0, gt=0)
@@ -81,6 +82,8 @@ class ContinuousConfig:
     """Steps that the real expert takes towards its best response in each interaction, from its policy of the last."""
     training_steps: int = Field(default=1000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
+    maddpg_episodes: int = Field(default=800, ge=1)
+    """Episodes of 100 environments that `marl` by MADDPG learns for, with an update after each of their steps."""
     hidden: int = Field(default=64, ge=1)
     """Width of the policy networks' two hidden layers."""
     evaluation_episodes: int = Field(default=1000, ge=1)

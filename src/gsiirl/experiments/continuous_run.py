@@ -5,6 +5,7 @@ iteration. Returns are undiscounted sums under the true rewards.
 """
 
 import math
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +15,7 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
 from gsiirl.continuous_expert import ContinuousRespondingExpert
 from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, TwinBranches, reward_gap
+from gsiirl.equilibria.maddpg import Maddpg, MaddpgState
 from gsiirl.equilibria.pathwise import Ascent, Pathwise, episodes_from, mean_return, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of
@@ -37,9 +39,11 @@ EVALUATION_KEY = 20261125
 COMPARED = 4000
 SAMPLE_PATHS = 12
 CHUNK = 2
-SMALL_GAP = 0.1
+SMALL_GAP = 1e-3
 TRAINING_CHUNK = 50
 """Solver steps in one iteration of `marl`."""
+MADDPG_CHUNK = 20
+"""Episodes of all environments in one iteration of `marl` by MADDPG."""
 
 
 def learnable_reward(
@@ -56,7 +60,8 @@ def prepare_continuous(config: ContinuousConfig, problem: ContinuousProblem) -> 
     judge = Judge(config, problem)
     rewards: dict[str, AbstractTransitionReward] = {"expert_reward": problem.expert_reward}
     rewards |= dict.fromkeys(("dependent_reward", "commitment"), problem.dependent_reward)
-    training = math.ceil(config.training_steps / TRAINING_CHUNK)
+    chunk = MADDPG_CHUNK if config.solver == "maddpg" else TRAINING_CHUNK
+    training = math.ceil((config.maddpg_episodes if config.solver == "maddpg" else config.training_steps) / chunk)
     return PreparedRun(
         game=problem.description,
         algorithm=_ALGORITHMS[config.algorithm](config, problem, judge),
@@ -251,7 +256,8 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         outer = optax.sgd(1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5))
     else:
         steps, inner = constant_steps(config.inner_steps), _matching(config)
-        outer = optax.sgd(config.step_size)
+        # A branch that has lost its way would else throw the commitment far off.
+        outer = optax.chain(optax.clip_by_global_norm(1.0), optax.sgd(config.step_size))
     return ContinuousGSIIRL(
         solver=_solver(config, problem, config.iterations * config.solver_steps),
         own_reward=problem.own_reward,
@@ -351,30 +357,58 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 
 
 def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
-    def observe(solution: Sides[Ascent]) -> Record:
-        policies = policies_of(solution)
+    init, train, policies_in = _maddpg(problem, config) if config.solver == "maddpg" else _pathwise(judge)
+
+    def observe(policies: Sides[PolicyNetwork]) -> Record:
         # Who knows the true rewards has no model to differ from them: both evaluations are one.
         record, _, _ = judge.play(policies, policies)
         return {**record, **judge.truth(policies)}
 
     def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
-        def one_iteration(solution: Sides[Ascent], offset: Array) -> tuple[PyTree, Record]:
-            one = jax.random.fold_in(key, first + offset)
-            after, _ = judge.trainer.ascend(solution, problem.true_rewards, one, TRAINING_CHUNK)
+        def one_iteration(state: PyTree, offset: Array) -> tuple[PyTree, Record]:
             # Measured at the end alone.
             unknown = dict.fromkeys(("exploitability_learner", "exploitability_expert"), jnp.asarray(jnp.nan))
-            return after, observe(solution) | unknown
+            record = observe(policies_in(state)) | unknown
+            return train(state, jax.random.fold_in(key, first + offset)), record
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
-    def finish(solution: Sides[Ascent], key: PRNGKeyArray) -> Ending:
-        policies = policies_of(solution)
-        record = observe(solution) | judge.exploitability(policies, key)
+    def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
+        policies = policies_in(state)
+        record = observe(policies) | judge.exploitability(policies, key)
         return Ending(
             record, judge.paths(policies), {}, {}, weights_of(learner=policies.learner, expert=policies.expert)
         )
 
-    return Algorithm(judge.trainer.init, advance, finish)
+    return Algorithm(init, advance, finish)
+
+
+Training = tuple[
+    Callable[[PRNGKeyArray], PyTree],
+    Callable[[PyTree, PRNGKeyArray], PyTree],
+    Callable[[PyTree], Sides[PolicyNetwork]],
+]
+"""How MARL begins, goes on for one iteration, and what it plays."""
+
+
+def _pathwise(judge: Judge) -> Training:
+    def train(state: Sides[Ascent], key: PRNGKeyArray) -> Sides[Ascent]:
+        return judge.trainer.ascend(state, judge.problem.true_rewards, key, TRAINING_CHUNK)[0]
+
+    return judge.trainer.init, train, policies_of
+
+
+def _maddpg(problem: ContinuousProblem, config: ContinuousConfig) -> Training:
+    solver = Maddpg(problem.game, config.discount, config.hidden)
+
+    def init(key: PRNGKeyArray) -> MaddpgState:
+        # The replay is filled before the first update.
+        return solver.train(problem.true_rewards, key, 0)
+
+    def train(state: MaddpgState, key: PRNGKeyArray) -> MaddpgState:
+        return solver.go_on(state, problem.true_rewards, key, MADDPG_CHUNK)
+
+    return init, train, lambda state: state.policies
 
 
 _ALGORITHMS = {"gsiirl": _gsiirl, "paper": _gsiirl, "ma-irl": _ma_irl, "marl": _marl}

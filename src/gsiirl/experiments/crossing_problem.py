@@ -84,7 +84,7 @@ def judge_episodes(episodes: Transition) -> Record:
     distance = jnp.linalg.norm(places.learner - places.expert, axis=-1)
 
     def arrived(side: Array, goal: tuple[float, float]) -> Array:
-        remaining = jnp.linalg.norm(side[:, -1] - jnp.asarray(goal, side.dtype), axis=-1)
+        remaining = jnp.linalg.norm(side[:, -1] - jnp.asarray(goal, side.dtype)[None, :], axis=-1)
         return jnp.mean((remaining <= rewards.GOAL_RADIUS).astype(side.dtype))
 
     return {
