@@ -3,11 +3,12 @@
     J_i(π) = E_{s_0 ~ P0}[Σ_t γ^t r_i(s_t, a_t, s_{t+1})],     π_i ← π_i + step of ∇_{π_i} J_i(π)
 
 The dynamics and the rewards are differentiable, so that one episode gives an exact gradient of its own return; a step
-averages over `batch` initial states. Two things keep the pair from settling where either side can be exploited (measured
-in docs/equilibria.md). The expert may take `expert_steps` steps for one of the learner's: it then is near its best
-response all along, as in two-time-scale gradient play (Heusel et al. 2017, Fiez and Ratliff 2021). And with `noise` both
-hands shake while they learn, though not when they play: what one side reads from the other's moves is then less than all
-of it, so that a side that must not be seen through (the agents of the deception) does not settle where it always is.
+averages over `batch` initial states. Two things keep the pair from settling where either side can be exploited
+(measured in docs/equilibria.md). The expert may take `expert_steps` steps for one of the learner's: it then is near its
+best response all along, as in two-time-scale gradient play (Heusel et al. 2017, Fiez and Ratliff 2021). And with
+`noise` both hands shake while they learn, though not when they play: what one side reads from the other's moves is then
+less than all of it, so that a side that must not be seen through (the agents of the deception) does not settle where it
+always is.
 """
 
 from collections.abc import Callable
