@@ -211,6 +211,7 @@ def test_a_critic_learns_a_known_value_and_the_actor_its_best_action():
     np.testing.assert_allclose(values[1], -0.01, atol=0.1)
 
 
+@pytest.mark.slow
 def test_many_seeds_at_once_are_the_same_as_one_by_one(state):
     maddpg = small()
     keys = jnp.stack([jax.random.key(0), jax.random.key(1)])

@@ -84,7 +84,7 @@ def test_both_sides_learn_to_reach_their_goals():
     episodes = episodes_from(GAME, policies_of(state), solve.starts(jax.random.key(9)))
     places = episodes.following.positions
     for side, goal in ((places.learner, rewards.ROBOT_GOAL), (places.expert, rewards.HUMAN_GOAL)):
-        assert float(jnp.max(jnp.linalg.norm(side[:, -1] - jnp.asarray(goal, jnp.float32), axis=-1))) < 0.2
+        assert np.linalg.norm(np.asarray(side)[:, -1] - np.array(goal), axis=-1).max() < 0.2
     assert float(progress.returns.learner[-1]) > float(progress.returns.learner[0]) + 2.0
     assert np.isfinite(np.asarray(progress.gradient_norms.learner)).all()
 
@@ -105,9 +105,9 @@ def test_a_response_improves_the_expert_and_an_answer_the_learner():
     assert value("learner", answer.policy, policies.expert) > before + 1.0
 
 
-@pytest.mark.parametrize("settings", [{"expert_steps": 2}, {"noise": 0.3}])
-def test_vmapped_seeds_equal_looped_seeds(settings):
-    solve = solver(**settings)
+@pytest.mark.slow
+def test_vmapped_seeds_equal_looped_seeds():
+    solve = solver(expert_steps=2, noise=0.3)
     keys = jax.random.split(jax.random.key(0), 2)
 
     def train(key):

@@ -51,6 +51,7 @@ def keep_all(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_run_of_the_crossing_records_what_its_report_shows(crossing):
     metrics = RunFolder.open(keep_all(crossing)).metrics()
     shown = {
@@ -71,6 +72,7 @@ def test_a_run_of_the_crossing_records_what_its_report_shows(crossing):
     assert metrics.filter(metrics["seed"] == 0)["expert_trajectories"].to_list() == [0.0, 4.0, 8.0, 12.0]
 
 
+@pytest.mark.slow
 def test_its_paths_are_whole_episodes_and_its_map_covers_the_arena(crossing):
     folder = RunFolder.open(crossing)
     paths, places = folder.paths(), folder.reward_map()
@@ -82,6 +84,7 @@ def test_its_paths_are_whole_episodes_and_its_map_covers_the_arena(crossing):
     assert (places["x"].min(), places["x"].max()) == pytest.approx((-0.8, 0.8))
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_resumes_to_identical_bytes(crossing, tmp_path, monkeypatch):
     save = RunFolder.save_checkpoint
 
@@ -95,6 +98,15 @@ def test_an_interrupted_run_resumes_to_identical_bytes(crossing, tmp_path, monke
     monkeypatch.undo()
     runner.resume(tmp_path / "cut")
     assert bytes_of(tmp_path / "cut") == bytes_of(crossing)
+
+
+def test_marl_runs_to_its_end_and_says_how_far_it_can_be_exploited(tmp_path):
+    runner.run(CrossingConfig(**TINY, algorithm="marl"), tmp_path / "run")
+    summary = RunFolder.open(keep_all(tmp_path / "run")).summary()
+    assert summary is not None
+    assert summary["failed_seeds"] == []
+    assert {"exploitability_learner", "exploitability_expert"} <= set(summary["final"])
+    assert summary["final"]["truth_return_learner"] == summary["final"]["deployed_return_learner"]
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ iteration. Returns are undiscounted sums under the true rewards.
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -77,7 +78,9 @@ class Judge:
 
     def __init__(self, config: ContinuousConfig, problem: ContinuousProblem) -> None:
         self.config, self.problem = config, problem
-        self.trainer = trainer(config, problem)
+        self.trainer = _solver(config, problem, config.training_steps)
+        # Whoever answers alone takes one step at a time, without a shaking hand.
+        self._tester = _solver(replace(config, expert_steps=1, noise=0.0), problem, config.training_steps)
         start_key, sample_key, self._key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)
         self.starts = jax.vmap(problem.game.reset)(jax.random.split(start_key, config.evaluation_episodes))
         self._sample = jax.vmap(problem.anywhere)(jax.random.split(sample_key, COMPARED))
@@ -130,8 +133,11 @@ class Judge:
     def best_response(self, policies: Sides[PolicyNetwork], habits: Ascent, key: PRNGKeyArray) -> PolicyNetwork:
         """The better, for the true expert, of its habits trained on and of a fresh policy trained from scratch."""
         reward, steps = self.problem.true_expert_reward, self.config.training_steps
-        starts = jax.tree.map(lambda *each: jnp.stack(each), habits, self.trainer.init(key).expert)
-        found = jax.vmap(lambda start: self.trainer.respond(policies.learner, reward, start, key, steps).policy)(starts)
+        fresh = self._tester.init(key).expert
+        # Habits keep their policy, but train on with as fresh an optimiser as the other.
+        trained = Ascent(habits.policy, fresh.optimiser)
+        starts = jax.tree.map(lambda *each: jnp.stack(each), trained, fresh)
+        found = jax.vmap(lambda start: self._tester.respond(policies.learner, reward, start, key, steps).policy)(starts)
         values = jax.vmap(lambda policy: self.returns(self.episodes(Sides(policies.learner, policy))).expert)(found)
         return jax.tree.map(lambda each: each[jnp.argmax(values)], found)
 
@@ -144,9 +150,9 @@ class Judge:
     def exploitability(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> Record:
         """What a best response trained from scratch gains over either side's policy, as a share of its |return|."""
         rewards, steps = self.problem.true_rewards, self.config.training_steps
-        fresh = self.trainer.init(key)
-        answer = self.trainer.answer(policies.expert, rewards.learner, fresh.learner, key, steps).policy
-        response = self.trainer.respond(policies.learner, rewards.expert, fresh.expert, key, steps).policy
+        fresh = self._tester.init(key)
+        answer = self._tester.answer(policies.expert, rewards.learner, fresh.learner, key, steps).policy
+        response = self._tester.respond(policies.learner, rewards.expert, fresh.expert, key, steps).policy
         now = self.returns(self.episodes(policies))
         best = Sides(
             self.returns(self.episodes(Sides(answer, policies.expert))).learner,
@@ -183,11 +189,6 @@ class Judge:
         return self.problem.paths(episodes_from(self.problem.game, policies, starts))
 
 
-def trainer(config: ContinuousConfig, problem: ContinuousProblem) -> Pathwise:
-    """The solver of whoever trains for `training_steps` in one go: MARL, and a fresh best response."""
-    return _solver(config, problem, config.training_steps)
-
-
 def _solver(config: ContinuousConfig, problem: ContinuousProblem, steps: int) -> Pathwise:
     return Pathwise.create(
         problem.game,
@@ -196,6 +197,7 @@ def _solver(config: ContinuousConfig, problem: ContinuousProblem, steps: int) ->
         hidden=config.hidden,
         learning_rate=config.learning_rate,
         decay_steps=max(steps, 1),
+        last_rate=0.02,
         expert_steps=config.expert_steps,
         noise=config.noise,
     )

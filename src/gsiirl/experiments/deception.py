@@ -22,10 +22,10 @@ class DeceptionConfig(ContinuousConfig):
     expert_steps: int = Field(default=1, ge=1)
     """Steps that the solver's expert takes for each of the learner's."""
     learning_rate: float = Field(default=5e-3, gt=0)
-    """Adam's first step on the policy networks; it falls to a tenth."""
+    """Adam's first step on the policy networks; it falls to a fiftieth."""
     solver_steps: int = Field(default=60, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    training_steps: int = Field(default=3000, ge=1)
+    training_steps: int = Field(default=5000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     variant: Literal["mpe", "separate_target"] = "mpe"
     """`mpe`: both sides want the same landmark, so that r_ld = -r_e; `separate_target`: the adversary wants another."""

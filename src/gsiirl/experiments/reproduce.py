@@ -22,7 +22,7 @@ class ReproducedGame(NamedTuple):
     quick: Mapping[str, Any] | None
 
 
-QUICK_CONTINUOUS = {"iterations": 10, "training_steps": 200, "evaluation_episodes": 200}
+QUICK_CONTINUOUS = {"iterations": 10, "training_steps": 200, "evaluation_episodes": 200, "maddpg_episodes": 40}
 
 GAMES = (
     # The table's variant, r_ld = -r_e, and the one that the method is for.
