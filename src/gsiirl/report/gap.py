@@ -15,8 +15,15 @@ class Gap:
 
     @classmethod
     def of(cls, group: GameGroup, run: ReportedRun) -> "Gap | None":
-        """Seed by seed where the run holds MARL's return of every seed; None where either return is not known."""
+        """From MARL's own run, seed by seed, where there is one of the same seeds; else from what the run says of MARL.
+
+        None where either return is not known.
+        """
         deployed, truth = (run.final.get(f"{kind}_return_learner") for kind in ("deployed", "truth"))
+        marl = group.of("marl")
+        if marl is not None and marl.kept_seeds == run.kept_seeds:
+            # In a continuous game MARL ends elsewhere with every seed, and a run holds but one of its ends.
+            truth = marl.final.get("truth_return_learner", truth)
         if truth is None:
             truth = group.reference("truth_return_learner")
         if deployed is None or truth is None or not len(deployed):
