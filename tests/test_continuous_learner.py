@@ -55,8 +55,9 @@ PAPER = {
 
 def live(learner: ContinuousGSIIRL, seed: jax.Array, rounds: int):
     """States after each round with the true human."""
-    expert = ContinuousRespondingExpert(SOLVER, rewards.human_reward, 2)
+    expert = ContinuousRespondingExpert(SOLVER, rewards.human_reward, 2, 4)
     key = jax.random.key(seed)
+    start = learner.init(key)
 
     def one(carry, number):
         state, habits = carry
@@ -66,7 +67,7 @@ def live(learner: ContinuousGSIIRL, seed: jax.Array, rounds: int):
         state = learner.update(state, played, seen, update_key)
         return (state, habits), (state, seen)
 
-    return jax.lax.scan(one, (learner.init(key), expert.init(key)), jnp.arange(rounds))[1]
+    return jax.lax.scan(one, (start, expert.init(key, learner.propose(start))), jnp.arange(rounds))[1]
 
 
 @pytest.fixture(scope="module")

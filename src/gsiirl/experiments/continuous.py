@@ -78,7 +78,7 @@ class ContinuousConfig:
     """Steps that the solver's expert takes for each of the learner's."""
     solver_steps: int = Field(default=20, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    response_steps: int = Field(default=40, ge=1)
+    response_steps: int = Field(default=100, ge=1)
     """Steps that the real expert takes towards its best response in each interaction, from its policy of the last."""
     training_steps: int = Field(default=1000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""

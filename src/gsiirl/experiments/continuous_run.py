@@ -205,9 +205,7 @@ def _solver(config: ContinuousConfig, problem: ContinuousProblem, steps: int) ->
 
 def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
     learner = _learner(config, problem)
-    expert = ContinuousRespondingExpert(
-        _solver(config, problem, config.training_steps), problem.true_expert_reward, config.response_steps
-    )
+    expert = _expert(config, problem)
 
     def observe(state: ContinuousState, habits: Ascent | PolicyNetwork) -> Record:
         policy = habits.policy if isinstance(habits, Ascent) else habits
@@ -221,7 +219,8 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 
     def init(key: PRNGKeyArray) -> tuple[ContinuousState, Ascent]:
         learner_key, expert_key = jax.random.split(key)
-        return learner.init(learner_key), expert.init(expert_key)
+        state = learner.init(learner_key)
+        return state, expert.init(expert_key, learner.propose(state))
 
     def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
         def one_iteration(carry: tuple[ContinuousState, Ascent], offset: Array) -> tuple[PyTree, Record]:
@@ -250,6 +249,13 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
         )
 
     return Algorithm(init, advance, finish)
+
+
+def _expert(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousRespondingExpert:
+    """The real expert, which never stops learning: its rate falls over all that it takes part in."""
+    first = config.training_steps // 4
+    solver = _solver(replace(config, expert_steps=1), problem, first + config.iterations * config.response_steps)
+    return ContinuousRespondingExpert(solver, problem.true_expert_reward, config.response_steps, first)
 
 
 def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
@@ -312,7 +318,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
         solver_steps=between,
         optimiser=_matching(config),
     )
-    expert = ContinuousRespondingExpert(judge.trainer, problem.true_expert_reward, config.response_steps)
+    expert = _expert(config, problem)
 
     def observe(state: ContinuousMAIRLState, answer: PolicyNetwork) -> Record:
         model = policies_of(state.solution)
@@ -327,7 +333,8 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     def init(key: PRNGKeyArray) -> PyTree:
         parameter_key, play_key, expert_key = jax.random.split(key, 3)
         true_play = judge.true_play(play_key)
-        return ma_irl.init(parameter_key), policies_of(true_play), expert.init(expert_key)
+        state = ma_irl.init(parameter_key)
+        return state, policies_of(true_play), expert.init(expert_key, state.solution.learner.policy)
 
     def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
         def one_iteration(carry: PyTree, offset: Array) -> tuple[PyTree, Record]:
