@@ -71,7 +71,7 @@ class ContinuousConfig:
     batch: int = Field(default=64, ge=1)
     """Episodes of a gradient step of the solver."""
     learning_rate: float = Field(default=3e-3, gt=0)
-    """Adam's first step on the policy networks; it falls to a fiftieth."""
+    """Adam's first step on the policy networks; it falls to a tenth, and in training at once to a fiftieth."""
     noise: float = Field(default=0.0, ge=0)
     """Standard deviation of the noise on both sides' actions, before the outer tanh, while the solver learns."""
     expert_steps: int = Field(default=2, ge=1)

@@ -43,6 +43,8 @@ CHUNK = 2
 SMALL_GAP = 1e-3
 TRAINING_CHUNK = 50
 """Solver steps in one iteration of `marl`."""
+TRAINED_RATE, FOLLOWING_RATE = 0.02, 0.1
+"""Shares of the first rate that the policies' steps fall to: of who trains once, and of who follows others to the end."""
 MADDPG_CHUNK = 20
 """Episodes of all environments in one iteration of `marl` by MADDPG."""
 
@@ -189,7 +191,9 @@ class Judge:
         return self.problem.paths(episodes_from(self.problem.game, policies, starts))
 
 
-def _solver(config: ContinuousConfig, problem: ContinuousProblem, steps: int) -> Pathwise:
+def _solver(
+    config: ContinuousConfig, problem: ContinuousProblem, steps: int, last_rate: float = TRAINED_RATE
+) -> Pathwise:
     return Pathwise.create(
         problem.game,
         discount=config.discount,
@@ -197,7 +201,7 @@ def _solver(config: ContinuousConfig, problem: ContinuousProblem, steps: int) ->
         hidden=config.hidden,
         learning_rate=config.learning_rate,
         decay_steps=max(steps, 1),
-        last_rate=0.02,
+        last_rate=last_rate,
         expert_steps=config.expert_steps,
         noise=config.noise,
     )
@@ -254,7 +258,8 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 def _expert(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousRespondingExpert:
     """The real expert, which never stops learning: its rate falls over all that it takes part in."""
     first = config.training_steps // 4
-    solver = _solver(replace(config, expert_steps=1), problem, first + config.iterations * config.response_steps)
+    steps = first + config.iterations * config.response_steps
+    solver = _solver(replace(config, expert_steps=1), problem, steps, FOLLOWING_RATE)
     return ContinuousRespondingExpert(solver, problem.true_expert_reward, config.response_steps, first)
 
 
@@ -267,7 +272,7 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         # A branch that has lost its way would else throw the commitment far off.
         outer = optax.chain(optax.clip_by_global_norm(1.0), optax.sgd(config.step_size))
     return ContinuousGSIIRL(
-        solver=_solver(config, problem, config.iterations * config.solver_steps),
+        solver=_solver(config, problem, config.iterations * config.solver_steps, FOLLOWING_RATE),
         own_reward=problem.own_reward,
         accessed=problem.dependent_value,
         dependent_reward=problem.dependent_reward,
@@ -310,7 +315,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     # As many solver steps an iteration as GSIIRL's forward model takes, spread over the matching steps.
     between = max(1, config.solver_steps // config.inner_steps)
     ma_irl = ContinuousMAIRL(
-        solver=_solver(config, problem, config.iterations * config.inner_steps * between),
+        solver=_solver(config, problem, config.iterations * config.inner_steps * between, FOLLOWING_RATE),
         own_reward=problem.own_reward,
         rewards=Sides(problem.dependent_reward, problem.expert_reward),
         regularisation=config.regularisation,

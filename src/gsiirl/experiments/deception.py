@@ -22,7 +22,7 @@ class DeceptionConfig(ContinuousConfig):
     expert_steps: int = Field(default=1, ge=1)
     """Steps that the solver's expert takes for each of the learner's."""
     learning_rate: float = Field(default=5e-3, gt=0)
-    """Adam's first step on the policy networks; it falls to a fiftieth."""
+    """Adam's first step on the policy networks; it falls to a tenth, and in training at once to a fiftieth."""
     solver_steps: int = Field(default=60, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
     training_steps: int = Field(default=5000, ge=1)
