@@ -44,7 +44,7 @@ SMALL_GAP = 1e-3
 TRAINING_CHUNK = 50
 """Solver steps in one iteration of `marl`."""
 TRAINED_RATE, FOLLOWING_RATE = 0.02, 0.1
-"""Shares of the first rate that the policies' steps fall to: of who trains once, and of who follows others to the end."""
+"""What the rate of policies falls to, of the first: of who trains once, and of who follows others to the end."""
 MADDPG_CHUNK = 20
 """Episodes of all environments in one iteration of `marl` by MADDPG."""
 
