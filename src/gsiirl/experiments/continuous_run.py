@@ -132,12 +132,12 @@ class Judge:
         reward = self.problem.dependent_reward
         return pearson(lambda seen: reward(fitted, seen), self.problem.dependent_value, self._sample)
 
-    def best_response(self, policies: Sides[PolicyNetwork], habits: Ascent, key: PRNGKeyArray) -> PolicyNetwork:
-        """The better, for the true expert, of its habits trained on and of a fresh policy trained from scratch."""
+    def best_response(self, policies: Sides[PolicyNetwork], habit: PolicyNetwork, key: PRNGKeyArray) -> PolicyNetwork:
+        """The better, for the true expert, of its habit trained on and of a fresh policy trained from scratch."""
         reward, steps = self.problem.true_expert_reward, self.config.training_steps
         fresh = self._tester.init(key).expert
-        # Habits keep their policy, but train on with as fresh an optimiser as the other.
-        trained = Ascent(habits.policy, fresh.optimiser)
+        # The habit trains on with as fresh an optimiser as the other.
+        trained = Ascent(habit, fresh.optimiser)
         starts = jax.tree.map(lambda *each: jnp.stack(each), trained, fresh)
         found = jax.vmap(lambda start: self._tester.respond(policies.learner, reward, start, key, steps).policy)(starts)
         values = jax.vmap(lambda policy: self.returns(self.episodes(Sides(policies.learner, policy))).expert)(found)
@@ -182,7 +182,7 @@ class Judge:
         """What an untrained learner earns when the true expert has trained against it."""
         untrained = self.trainer.init(key)
         policies = policies_of(untrained)
-        met = Sides(policies.learner, self.best_response(policies, untrained.expert, key))
+        met = Sides(policies.learner, self.best_response(policies, policies.expert, key))
         return named("random", self.returns(self.episodes(met)))
 
     def paths(self, policies: Sides[PolicyNetwork]) -> dict[str, Array]:
@@ -211,9 +211,8 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     learner = _learner(config, problem)
     expert = _expert(config, problem)
 
-    def observe(state: ContinuousState, habits: Ascent | PolicyNetwork) -> Record:
-        policy = habits.policy if isinstance(habits, Ascent) else habits
-        record, modelled, real = judge.play(policies_of(state.solution), Sides(learner.propose(state), policy))
+    def observe(state: ContinuousState, answer: PolicyNetwork) -> Record:
+        record, modelled, real = judge.play(policies_of(state.solution), Sides(learner.propose(state), answer))
         return {
             **record,
             **judge.expert_reward(state.expert_parameters, modelled, real),
@@ -232,13 +231,13 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first + offset))
             played = learner.propose(state)
             habits, seen = expert.demonstrate(habits, played, config.trajectories, demonstration_key)
-            return (learner.update(state, played, seen, update_key), habits), observe(state, habits)
+            return (learner.update(state, played, seen, update_key), habits), observe(state, habits.policy)
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
     def finish(carry: tuple[ContinuousState, Ascent], key: PRNGKeyArray) -> Ending:
         state, habits = carry
-        answer = judge.best_response(policies_of(state.solution), habits, key)
+        answer = judge.best_response(policies_of(state.solution), habits.policy, key)
         learned = {
             "expert_reward": state.expert_parameters,
             "dependent_reward": learner.fitted_dependent_reward(state),
@@ -357,7 +356,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     def finish(carry: PyTree, key: PRNGKeyArray) -> Ending:
         state, _, habits = carry
         model = policies_of(state.solution)
-        answer = judge.best_response(model, habits, key)
+        answer = judge.best_response(model, habits.policy, key)
         learned = {"expert_reward": state.parameters.expert, "commitment": state.parameters.learner}
         return Ending(
             observe(state, answer),

@@ -10,6 +10,7 @@ import safetensors.numpy
 
 from gsiirl.errors import InputError
 from gsiirl.runs.atomic import write_atomically
+from gsiirl.runs.json_file import FORMAT_VERSION
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, str] | None = None) -> None:
@@ -34,6 +35,19 @@ def read_arrays(path: Path, mend: str) -> tuple[dict[str, np.ndarray], dict[str,
         raise InputError(str(path), f"cannot be read ({error})", mend) from error
     except safetensors.SafetensorError as error:
         raise InputError(str(path), f"is damaged: no valid safetensors ({error})", mend) from error
+
+
+def read_versioned_arrays(path: Path, mend: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """As `read_arrays`, of a file whose metadata name the format's version.
+
+    Raises:
+        InputError: see `read_arrays`; or the file is of another version.
+    """
+    arrays, metadata = read_arrays(path, mend)
+    version = metadata.get("format_version")
+    if version != str(FORMAT_VERSION):
+        raise InputError(str(path), f"is damaged or of an unknown format (format_version {version!r})", mend)
+    return arrays, metadata
 
 
 def _with_sorted_metadata(content: bytes) -> bytes:

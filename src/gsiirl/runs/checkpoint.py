@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gsiirl.errors import InputError
-from gsiirl.runs.array_file import read_arrays, write_arrays
+from gsiirl.runs.array_file import read_versioned_arrays, write_arrays
 from gsiirl.runs.json_file import FORMAT_VERSION
 
 MEND = "delete it, and gsiirl resume starts this run from its first iteration"
@@ -39,10 +39,7 @@ def read_checkpoint(path: Path) -> Checkpoint | None:
     """
     if not path.exists():
         return None
-    arrays, metadata = read_arrays(path, MEND)
-    version = metadata.get("format_version")
-    if version != str(FORMAT_VERSION):
-        raise InputError(str(path), f"is damaged or of an unknown format (format_version {version!r})", MEND)
+    arrays, metadata = read_versioned_arrays(path, MEND)
     try:
         return Checkpoint(arrays, iteration=int(metadata["iteration"]), chunks=int(metadata["chunks"]))
     except (KeyError, ValueError) as error:

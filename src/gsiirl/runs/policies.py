@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gsiirl.errors import InputError
-from gsiirl.runs.array_file import read_arrays, write_arrays
+from gsiirl.runs.array_file import read_versioned_arrays, write_arrays
 from gsiirl.runs.json_file import FORMAT_VERSION
 from gsiirl.runs.learned import MEND
 
@@ -24,8 +23,4 @@ def read_policies(path: Path) -> dict[str, np.ndarray] | None:
     """
     if not path.exists():
         return None
-    arrays, metadata = read_arrays(path, MEND)
-    version = metadata.get("format_version")
-    if version != str(FORMAT_VERSION):
-        raise InputError(str(path), f"is damaged or of an unknown format (format_version {version!r})", MEND)
-    return arrays
+    return read_versioned_arrays(path, MEND)[0]
