@@ -39,7 +39,9 @@ def make(**changes) -> ContinuousGSIIRL:
         "trajectories": 6,
         "optimiser": optax.sgd(0.01),
         "solver_steps": 2,
+        "response_steps": 2,
         "remembered": 3,
+        "compared": 4,
         "lower_level": "played",
     }
     return ContinuousGSIIRL(**(settings | changes))
@@ -139,6 +141,33 @@ def test_the_commitment_is_the_fit_for_one_period_and_moves_along_the_perturbati
         np.testing.assert_allclose(np.abs(moved), np.abs(moved).max(), rtol=1e-3)
 
 
+def test_every_third_interaction_plays_a_branch_and_the_two_take_turns(lived):
+    learner, states, _ = lived
+    for count, branch in ((0, None), (1, None), (2, 0), (3, None), (4, None), (5, 1)):
+        at = jax.tree.map(lambda leaf: leaf[0, -1], states)
+        at = eqx.tree_at(lambda one: one.memory.count, at, jnp.asarray(count, jnp.int32))
+        expected = learner.policy(at)
+        if branch is not None:
+            expected = jax.tree.map(lambda leaf, one=branch: leaf[one], at.hypergradient.solutions.learner.policy)
+        for found, wanted in zip(jax.tree.leaves(learner.propose(at)), jax.tree.leaves(expected), strict=True):
+            np.testing.assert_array_equal(found, wanted)
+
+
+def test_settling_moves_the_policies_and_nothing_that_was_learned(lived):
+    learner, states, _ = lived
+    before = jax.tree.map(lambda leaf: leaf[0, -1], states)
+    after = learner.settle(before, SOLVER, jax.random.key(0), 2)
+    for name in ("commitment", "expert_parameters"):
+        np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
+    moved = jax.tree.map(
+        lambda one, other: not np.array_equal(one, other), learner.policy(after), learner.policy(before)
+    )
+    assert any(jax.tree.leaves(moved))
+    unmoved = policies_of(learner.settle(before, SOLVER, jax.random.key(0), 0).solution)
+    for one, other in zip(jax.tree.leaves(unmoved), jax.tree.leaves(policies_of(before.solution)), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_parameters_stay_in_the_unit_ball(lived):
     _, states, _ = lived
     for parameters in (states.commitment, states.expert_parameters):
@@ -154,7 +183,7 @@ def test_vmapped_seeds_equal_looped_seeds(lived):
 
 
 def test_a_modelled_expert_that_matches_leaves_the_parameters_where_they_are():
-    learner = make(regularisation=0.0)
+    learner = make(regularisation=0.0, response_steps=0)
     state = learner.init(jax.random.key(0))
     # The memory of a new learner is the modelled expert itself, so that there is nothing to learn from it.
     starts = first_states(jax.tree.map(lambda leaf: leaf[0], state.memory.kept.demonstrations))

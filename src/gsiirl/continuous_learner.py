@@ -49,6 +49,9 @@ from gsiirl.irl.memory import Memory
 from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward
 from gsiirl.types import Sides, Transition
 
+EXPLORING_EVERY = 3
+"""One of as many interactions is a branch's."""
+
 
 class Lived(eqx.Module):
     """One interaction: the policy played, what was seen (axes d, T), and the modelled expert's response to it."""
@@ -91,7 +94,9 @@ class ContinuousState(eqx.Module):
 class ContinuousGSIIRL(eqx.Module):
     """GSIIRL in a continuous game.
 
-    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions.
+    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, in
+    every step over another `compared` of the episodes of each. The modelled expert gets used to what was played for
+    `response_steps` steps before it is compared.
     """
 
     solver: Pathwise
@@ -105,7 +110,9 @@ class ContinuousGSIIRL(eqx.Module):
     trajectories: int = eqx.field(static=True)
     optimiser: optax.GradientTransformation = eqx.field(static=True)
     solver_steps: int = eqx.field(static=True)
+    response_steps: int = eqx.field(static=True)
     remembered: int = eqx.field(static=True)
+    compared: int = eqx.field(static=True)
     lower_level: LowerLevel = eqx.field(static=True)
 
     def init(self, key: PRNGKeyArray) -> ContinuousState:
@@ -129,18 +136,35 @@ class ContinuousGSIIRL(eqx.Module):
             else self.hypergradient.init(expert_parameters),
         )
 
-    def propose(self, state: ContinuousState) -> PolicyNetwork:
-        """The policy that the learner wants to play next."""
+    def policy(self, state: ContinuousState) -> PolicyNetwork:
+        """The learner's half of the forward model."""
         return state.solution.learner.policy
+
+    def propose(self, state: ContinuousState) -> PolicyNetwork:
+        """The policy that the learner wants to play next: its own, or in every third interaction a branch's.
+
+        An expert that is only ever met by the policy that the model holds for best need never show that it would
+        answer another one otherwise than the model says.
+        """
+        own = self.policy(state)
+        if not isinstance(self.hypergradient, TwinBranches):
+            return own
+        played, branches = state.memory.count, state.hypergradient.solutions.learner.policy
+        branch = jax.tree.map(lambda leaf: leaf[played // EXPLORING_EVERY % 2], branches)
+        return chosen(played % EXPLORING_EVERY == EXPLORING_EVERY - 1, branch, own)
 
     def update(
         self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray
     ) -> ContinuousState:
         """One iteration of learning from one interaction; the expert's reward is not among what is passed."""
-        memory_key, lower_key, upper_key, forward_key = jax.random.split(key, 4)
+        memory_key, response_key, lower_key, upper_key, forward_key = jax.random.split(key, 5)
         iteration = state.memory.count
-        # The response starts from what the expert was last expected to do.
-        memory = state.memory.remember(memory_key, Lived(learner_policy, demonstrations, state.solution.expert))
+        # The modelled expert gets used to what was played for as long as the real one.
+        modelled = self.rewards(state.commitment, state.expert_parameters).expert
+        response = self.solver.respond(
+            learner_policy, modelled, state.solution.expert, response_key, self.response_steps
+        )
+        memory = state.memory.remember(memory_key, Lived(learner_policy, demonstrations, response))
         expert_parameters, lower_optimiser, memory = self._lower(state, memory, lower_key, iteration)
         accessed = self._read(state.accessed, demonstrations)
         fitted = accessed.solve(self.regularisation)
@@ -165,6 +189,14 @@ class ContinuousGSIIRL(eqx.Module):
             lower_optimiser=lower_optimiser,
             hypergradient=hypergradient,
         )
+
+    def settle(self, state: ContinuousState, solver: Pathwise, key: PRNGKeyArray, steps: int) -> ContinuousState:
+        """With the forward model `steps` steps of `solver` on, from where it is, at the parameters as they are."""
+        start = jax.tree.map(lambda ascent: ascent.policy, state.solution, is_leaf=lambda x: isinstance(x, Ascent))
+        fresh = solver.init(key)
+        begun = Sides(Ascent(start.learner, fresh.learner.optimiser), Ascent(start.expert, fresh.expert.optimiser))
+        settled, _ = solver.ascend(begun, self.rewards(state.commitment, state.expert_parameters), key, steps)
+        return eqx.tree_at(lambda at: at.solution, state, settled)
 
     def fitted_dependent_reward(self, state: ContinuousState) -> Float[Array, " n"]:
         """Parameters of r_ld, by regularised least squares over the values read so far."""
@@ -241,11 +273,16 @@ class ContinuousGSIIRL(eqx.Module):
             )
             return theta, optimiser, memory
 
-        def one_played_step(_: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
+        def one_played_step(number: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
             (theta, optimiser), responses = carry
-            gaps, responses = jax.vmap(lambda lived, response: self._respond(theta, lived, response))(
-                memory.kept, responses
-            )
+            draw = jax.random.fold_in(key, number)
+            looked_at = jax.random.choice(draw, self.trajectories, (self.compared,), replace=False)
+
+            def one(lived: Lived, response: Ascent) -> tuple[Array, Ascent]:
+                seen = jax.tree.map(lambda leaf: leaf[looked_at], lived.demonstrations)
+                return self._respond(theta, lived.learner_policy, seen, response)
+
+            gaps, responses = jax.vmap(one)(memory.kept, responses)
             gradient = jnp.mean(gaps, axis=0, where=memory.filled[:, None]) + self.regularisation * theta
             return self.inner_loop.step(gradient, theta, optimiser), responses
 
@@ -255,16 +292,18 @@ class ContinuousGSIIRL(eqx.Module):
         kept = Lived(memory.kept.learner_policy, memory.kept.demonstrations, responses)
         return theta, optimiser, Memory(kept, memory.count)
 
-    def _respond(self, theta: Array, lived: Lived, response: Ascent) -> tuple[Array, Ascent]:
+    def _respond(
+        self, theta: Array, learner_policy: PolicyNetwork, demonstrations: Transition, response: Ascent
+    ) -> tuple[Array, Ascent]:
         """The gap of a remembered interaction under θ_e, and the response one step on."""
-        starts = first_states(lived.demonstrations)
+        starts = first_states(demonstrations)
 
         def value(policy: PolicyNetwork) -> tuple[Array, Transition]:
-            episodes = episodes_from(self.solver.game, Sides(lived.learner_policy, policy), starts)
+            episodes = episodes_from(self.solver.game, Sides(learner_policy, policy), starts)
             return mean_return(lambda seen: self.expert_reward(theta, seen), episodes, self.solver.discount), episodes
 
         gradient, episodes = jax.grad(value, has_aux=True)(response.policy)
-        return self._gap(theta, episodes, lived.demonstrations), self.solver.responded(response, gradient)
+        return self._gap(theta, episodes, demonstrations), self.solver.responded(response, gradient)
 
     def _gap(self, theta: Array, modelled: Transition, demonstrated: Transition) -> Float[Array, " m"]:
         return reward_gap(self.expert_reward, theta, modelled, demonstrated, self.solver.discount)

@@ -15,3 +15,6 @@ class InputError(ValueError):
         self.problem = problem
         self.mend = mend
         super().__init__(" ".join(f"{field}: {problem}; {mend}".split()))
+
+    def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
+        return type(self), (self.field, self.problem, self.mend)

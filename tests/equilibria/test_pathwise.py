@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.equilibria.pathwise import Pathwise, episodes_from, mean_return, policies_of
+from gsiirl.equilibria.pathwise import Pathwise, episodes_from, mean_return, policies_of, steps_taken
 from gsiirl.equilibria.policy_network import NoisyPolicy, PolicyNetwork
 from gsiirl.games import Crossing
 from gsiirl.rewards import crossing as rewards
@@ -103,6 +103,34 @@ def test_a_response_improves_the_expert_and_an_answer_the_learner():
     assert value("expert", policies.learner, response.policy) > before + 1.0
     before = value("learner", policies.learner, policies.expert)
     assert value("learner", answer.policy, policies.expert) > before + 1.0
+
+
+def test_noise_stays_for_half_of_the_steps_and_falls_to_nothing_in_the_other_half():
+    noise = solver(noise=0.4, decay_steps=10).noise
+    assert noise is not None
+    assert [float(noise(step)) for step in (0, 5, 10, 20)] == pytest.approx([0.4, 0.4, 0.0, 0.0])
+    assert float(noise(7)) == pytest.approx(0.24)
+    assert solver().noise is None
+
+
+def test_an_ascent_that_goes_on_shakes_as_one_that_was_never_cut():
+    solve = solver(noise=0.4, decay_steps=4)
+    start, keys = solve.init(jax.random.key(0)), jax.random.split(jax.random.key(1), 3)
+
+    def ends(shaking):
+        state = start
+        for key in keys:
+            state, progress = shaking.ascend(state, TRUE, key, 2)
+        return int(steps_taken(state.learner)), progress.returns.learner
+
+    taken, shaken = ends(solve)
+    still = ends(solver(decay_steps=4))[1]
+    assert taken == 6
+    assert not np.array_equal(shaken, still)
+    # Past the fall, at which both are at the same policies, a step is one without noise.
+    state = solve.ascend(start, TRUE, keys[0], 4)[0]
+    after, without = (each.ascend(state, TRUE, keys[1], 1)[1].returns.expert for each in (solve, solver(decay_steps=4)))
+    np.testing.assert_allclose(after, without, rtol=1e-5)
 
 
 @pytest.mark.slow

@@ -20,9 +20,12 @@ TINY: dict[str, Any] = {
     "horizon": 4,
     "trajectories": 4,
     "inner_steps": 2,
+    "first_inner_steps": 3,
+    "compared": 3,
     "batch": 4,
     "solver_steps": 2,
     "response_steps": 2,
+    "settling_steps": 2,
     "training_steps": 4,
     "maddpg_episodes": 1,
     "evaluation_episodes": 8,
@@ -106,7 +109,13 @@ def test_marl_runs_to_its_end_and_says_how_far_it_can_be_exploited(tmp_path):
     assert summary is not None
     assert summary["failed_seeds"] == []
     assert {"exploitability_learner", "exploitability_expert"} <= set(summary["final"])
-    assert summary["final"]["truth_return_learner"] == summary["final"]["deployed_return_learner"]
+    final = summary["final"]
+    assert final["truth_return_learner"] == final["model_return_learner"]
+    # The expert's best response is what the learner meets when it is deployed.
+    gain = final["deployed_return_expert"]["mean"] - final["truth_return_expert"]["mean"]
+    assert final["exploitability_expert"]["mean"] * abs(final["truth_return_expert"]["mean"]) == pytest.approx(
+        gain, rel=0.1, abs=1e-3
+    )
 
 
 @pytest.mark.slow

@@ -1,3 +1,5 @@
+import multiprocessing
+import pickle
 import signal
 import subprocess
 import sys
@@ -20,12 +22,12 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Path]]:
     """What a stand-in of the runner was asked to do, in order; each run gets what makes its folder a run folder."""
     calls: list[tuple[str, Path]] = []
 
-    def run(config: SecurityConfig, folder: Path) -> None:
+    def run(config: SecurityConfig, folder: Path, _: object) -> None:
         RunFolder.create(folder, config_to_dict(config.resolved()), {"name": "none"})
         calls.append(("run", folder))
 
     monkeypatch.setattr(runner, "run", run)
-    monkeypatch.setattr(runner, "resume", lambda folder: calls.append(("resume", folder)))
+    monkeypatch.setattr(runner, "resume", lambda folder, _: calls.append(("resume", folder)))
     return calls
 
 
@@ -99,6 +101,23 @@ def test_failed_seeds_are_named_by_run(done, tmp_path):
     assert failed_seeds(runs) == {runs[1].folder: [3, 5]}
 
 
+def test_an_error_of_bad_input_comes_whole_out_of_another_process():
+    error = InputError("--device", "no gpu is to be had", "use --device cpu")
+    again = pickle.loads(pickle.dumps(error))
+    assert (again.field, again.problem, again.mend, str(again)) == (error.field, error.problem, error.mend, str(error))
+
+
+@pytest.mark.slow
+def test_the_error_of_one_run_stops_the_others(tmp_path):
+    # The game of a run that goes on is saved with it, and this one's is damaged.
+    first, second = planned(tmp_path)
+    RunFolder.create(first.folder, config_to_dict(first.config.resolved()), {"name": "none"})
+    (first.folder / "game.json").write_text('{"format_version": 1}')
+    with pytest.raises(InputError, match="game"):
+        carry_out([first, second], jobs=2)
+    assert not multiprocessing.active_children()
+
+
 PLAN = """
 import sys
 from pathlib import Path
@@ -107,9 +126,10 @@ from gsiirl.experiments.plan import PlannedRun, carry_out
 from gsiirl.experiments.security import SecurityConfig
 tiny = {"solver": "soft_joint", "nodes": 4, "edges": 5, "horizon": 3, "seeds": 2, "iterations": 7, "trajectories": 5}
 out = Path(sys.argv[1])
-carry_out([
+planned = [
     PlannedRun(out / name, load_config(SecurityConfig, {**tiny, "algorithm": name})) for name in ("ma-irl", "marl")
-])
+]
+carry_out(planned, int(sys.argv[2]))
 """
 
 
@@ -119,16 +139,17 @@ def outcome(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.slow
-def test_a_plan_killed_again_and_again_ends_as_the_undisturbed_one(tmp_path):
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_plan_killed_again_and_again_ends_as_the_undisturbed_one(tmp_path, jobs: str):
     command = [sys.executable, "-c", PLAN]
     began = time.monotonic()
-    subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
-    took = time.monotonic() - began
+    subprocess.run([*command, str(tmp_path / "whole"), "1"], check=True, capture_output=True)
+    took = (time.monotonic() - began) / int(jobs)
     out = tmp_path / "killed"
     for part in (0.5, 0.8):
-        process = subprocess.Popen([*command, str(out)], stdout=subprocess.DEVNULL)
+        process = subprocess.Popen([*command, str(out), jobs], stdout=subprocess.DEVNULL)
         time.sleep(part * took)
         process.send_signal(signal.SIGKILL)
         process.wait()
-    subprocess.run([*command, str(out)], check=True, capture_output=True)
+    subprocess.run([*command, str(out), jobs], check=True, capture_output=True)
     assert outcome(out) == outcome(tmp_path / "whole")

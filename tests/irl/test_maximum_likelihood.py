@@ -162,3 +162,18 @@ def test_as_many_steps_are_taken_as_the_iteration_asks_for():
         for k in (0, 16, 256)
     ]
     np.testing.assert_allclose(moved, [-0.001, -0.002, -0.003], atol=1e-15)
+
+
+def test_the_first_iteration_may_take_more_steps():
+    steps = constant_steps(3, first=7)
+    assert [int(steps(jnp.asarray(iteration))) for iteration in range(3)] == [7, 3, 3]
+    assert constant_steps(3)(jnp.asarray(0)) == 3
+
+
+def test_on_the_sphere_a_short_vector_is_made_as_long_as_a_long_one():
+    level = MaximumLikelihood(1.0, constant_steps(1), optax.sgd(1.0), on_sphere=True)
+    for start in ([0.01, 0.0], [3.0, 0.0]):
+        theta = jnp.asarray(start)
+        gradient = theta - jnp.asarray([0.3, 0.4]) * jnp.linalg.norm(theta)
+        stepped, _ = level.step(gradient, theta, level.optimiser.init(theta))
+        np.testing.assert_allclose(stepped, [0.6, 0.8], rtol=1e-12)

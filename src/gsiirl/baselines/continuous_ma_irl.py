@@ -71,13 +71,13 @@ class ContinuousMAIRL(eqx.Module):
                 gradient(self.rewards.learner, parameters.learner), gradient(self.rewards.expert, parameters.expert)
             )
             step, optimiser = self.optimiser.update(gradients, optimiser, parameters)
-            moved = optax.apply_updates(parameters, step)
-            # Each side's parameters have a unit ball of their own.
-            return (
-                jax.tree.map(lambda theta: optax.projections.projection_l2_ball(theta, 1.0), moved),
-                solution,
-                optimiser,
+            moved: Any = optax.apply_updates(parameters, step)
+            # What the expert does shows its reward up to a factor; the learner's has r_li beside it.
+            projected = Sides(
+                optax.projections.projection_l2_ball(moved.learner, 1.0),
+                optax.projections.projection_l2_sphere(moved.expert, 1.0),
             )
+            return projected, solution, optimiser
 
         carry = (state.parameters, state.solution, state.optimiser)
         return ContinuousMAIRLState(*jax.lax.fori_loop(0, self.steps, one_step, carry))

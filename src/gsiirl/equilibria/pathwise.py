@@ -18,7 +18,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import optax
-from jaxtyping import Array, Float, PRNGKeyArray, PyTree
+from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
 
 from gsiirl.equilibria.policy_network import NoisyPolicy, PolicyNetwork
 from gsiirl.games.base import AbstractContinuousGame
@@ -52,7 +52,7 @@ class Pathwise(eqx.Module):
     hidden: int = eqx.field(static=True)
     optimiser: Sides[optax.GradientTransformation] = eqx.field(static=True)
     expert_steps: int = eqx.field(static=True)
-    noise: float = eqx.field(static=True)
+    noise: optax.Schedule | None = eqx.field(static=True)
 
     @classmethod
     def create(
@@ -71,6 +71,7 @@ class Pathwise(eqx.Module):
         """With Adam for both sides, its rate falling along half a cosine to `last_rate` of the first one.
 
         The fall takes `decay_steps` steps of the learner, and as long for the expert; gradients are clipped to norm 1.
+        The noise falls to nothing along a line in the second half of these steps.
         """
 
         def adam(steps: int) -> optax.GradientTransformation:
@@ -78,7 +79,9 @@ class Pathwise(eqx.Module):
             return optax.chain(optax.clip_by_global_norm(1.0), optax.adam(rate))
 
         optimiser = Sides(adam(decay_steps), adam(decay_steps * expert_steps))
-        return cls(game, discount, batch, hidden, optimiser, expert_steps, noise)
+        half = max(decay_steps // 2, 1)
+        falling = optax.linear_schedule(noise, 0.0, half, half) if noise else None
+        return cls(game, discount, batch, hidden, optimiser, expert_steps, falling)
 
     def init(self, key: PRNGKeyArray) -> Sides[Ascent]:
         """Random policies."""
@@ -99,7 +102,10 @@ class Pathwise(eqx.Module):
 
         def one_step(state: Sides[Ascent], key: PRNGKeyArray) -> tuple[Sides[Ascent], Progress]:
             both_key, *expert_keys = jax.random.split(key, self.expert_steps)
-            values, pull_back = jax.vjp(lambda at: self._noisy_returns(at, rewards, both_key), policies_of(state))
+            noise = None if self.noise is None else self.noise(steps_taken(state.learner))
+            values, pull_back = jax.vjp(
+                lambda at: self._noisy_returns(at, rewards, both_key, noise), policies_of(state)
+            )
             zero, one = jnp.zeros_like(values.learner), jnp.ones_like(values.learner)
             # One rollout, pulled back twice: each side wants the gradient of its own return alone.
             gradients = Sides(pull_back(Sides(one, zero))[0].learner, pull_back(Sides(zero, one))[0].expert)
@@ -108,7 +114,7 @@ class Pathwise(eqx.Module):
             for expert_key in expert_keys:
 
                 def value(policy: PolicyNetwork, key: PRNGKeyArray = expert_key) -> Array:
-                    return self._noisy_returns(Sides(state.learner.policy, policy), rewards, key).expert
+                    return self._noisy_returns(Sides(state.learner.policy, policy), rewards, key, noise).expert
 
                 expert = self.responded(expert, jax.grad(value)(expert.policy))
             norms = Sides(optax.tree.norm(gradients.learner), optax.tree.norm(gradients.expert))
@@ -148,20 +154,24 @@ class Pathwise(eqx.Module):
         return jax.vmap(self.game.reset)(jax.random.split(key, self.batch))
 
     def _noisy_returns(
-        self, policies: Sides[PolicyNetwork], rewards: Sides[TransitionReward], key: PRNGKeyArray
+        self,
+        policies: Sides[PolicyNetwork],
+        rewards: Sides[TransitionReward],
+        key: PRNGKeyArray,
+        noise: Float[Array, ""] | None,
     ) -> Sides[Float[Array, ""]]:
-        """Both sides' discounted returns, the mean over a batch of episodes in which both hands shake."""
+        """Both sides' discounted returns, the mean over a batch of episodes in which both hands shake by `noise`."""
         start_key, noise_key = jax.random.split(key)
         starts = self.starts(start_key)
-        if self.noise == 0.0:
+        if noise is None:
             episodes = episodes_from(self.game, policies, starts)
         else:
 
             def episode(start: PyTree, key: PRNGKeyArray) -> Transition:
                 sizes, keys = self.game.action_size, jax.random.split(key)
                 shaking = Sides(
-                    NoisyPolicy(policies.learner, self._shake(keys[0], sizes.learner)),
-                    NoisyPolicy(policies.expert, self._shake(keys[1], sizes.expert)),
+                    NoisyPolicy(policies.learner, noise * self._shake(keys[0], sizes.learner)),
+                    NoisyPolicy(policies.expert, noise * self._shake(keys[1], sizes.expert)),
                 )
                 return play(self.game, shaking, start)
 
@@ -169,7 +179,7 @@ class Pathwise(eqx.Module):
         return jax.tree.map(lambda reward: mean_return(reward, episodes, self.discount), rewards)
 
     def _shake(self, key: PRNGKeyArray, actions: int) -> Float[Array, "T A"]:
-        return self.noise * jax.random.normal(key, (self.game.horizon, actions), jnp.float32)
+        return jax.random.normal(key, (self.game.horizon, actions), jnp.float32)
 
     def _respond_once(
         self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, starts: PyTree
@@ -190,6 +200,13 @@ def moved(optimiser: optax.GradientTransformation, ascent: Ascent, gradient: PyT
     step, remembered = optimiser.update(jax.tree.map(jnp.negative, gradient), ascent.optimiser, policy)
     after: Any = optax.apply_updates(policy, step)
     return Ascent(after, remembered)
+
+
+def steps_taken(ascent: Ascent) -> Int[Array, ""]:
+    """Steps that an ascent's optimiser has made."""
+    return optax.tree.get(
+        ascent.optimiser, "count", filtering=lambda path, _: path[-1].tuple_name == "ScaleByScheduleState"
+    )
 
 
 def policies_of(solution: Sides[Ascent]) -> Sides[PolicyNetwork]:

@@ -1,6 +1,7 @@
 """The commands that run an experiment. `gsiirl.cli` imports this module only when one of them is asked for."""
 
 import inspect
+import os
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -105,6 +106,9 @@ def reproduce(
         str | None, Parameter(metavar="INT", help="Number of seeds; default 10, and 2 with --quick.")
     ] = None,
     maddpg: Annotated[bool, Parameter(negative="", help="Also MARL by the paper's MADDPG.")] = False,
+    jobs: Annotated[
+        str | None, Parameter(metavar="INT", help="Runs at a time; default one a processor core, 4 at most.")
+    ] = None,
     out: Annotated[
         Path,
         Parameter(metavar="DIR", help="Folder for the runs and the report; one of an earlier call is gone on with."),
@@ -115,6 +119,7 @@ def reproduce(
     Finished runs in DIR are kept and an interrupted one is gone on with.
     """
     number = load_config(SecurityConfig, {"seeds": (2 if quick else 10) if seeds is None else seeds}, flag).seeds
+    at_a_time = min(os.cpu_count() or 1, 4) if jobs is None else max(_whole("--jobs", jobs), 1)
     from gsiirl.experiments.plan import carry_out, check_folders, failed_seeds
     from gsiirl.experiments.reproduce import plan
 
@@ -124,7 +129,7 @@ def reproduce(
     from gsiirl.report import build_report
 
     try:
-        carry_out(planned)
+        carry_out(planned, at_a_time)
         page = build_report([each.folder for each in planned], out / "report").page
     except KeyboardInterrupt:
         flags = [f"--{name}" for name, given in (("quick", quick), ("maddpg", maddpg)) if given]

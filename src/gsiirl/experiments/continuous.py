@@ -51,6 +51,8 @@ class ContinuousConfig:
     """Weight lambda of the lower level's squared norm."""
     inner_steps: int = Field(default=20, ge=1)
     """Projected steps on the expert's parameters in each iteration (not in paper: t_k = ceil((k+1)^(1/4)/2))."""
+    first_inner_steps: int = Field(default=300, ge=1)
+    """As many in the first iteration, before the policies move."""
     inner_step_size: float = Field(default=0.01, gt=0)
     """First step of the lower level, in the unit ball."""
     step_decay: float = Field(default=20.0, gt=0)
@@ -65,9 +67,13 @@ class ContinuousConfig:
     """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
     remembered: int | None = Field(default=None, ge=1)
     """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
-    default 4 (paper 1)."""
+    default 16 (paper 1)."""
+    compared: int = Field(default=25, ge=1)
+    """Trajectories of each remembered interaction that a step of the lower level compares."""
+    settling_steps: int = Field(default=0, ge=0)
+    """Steps of the forward model at the last rewards, with fresh optimisers, before its policy is the final one."""
     perturbation: float | None = Field(default=None, gt=0)
-    """First perturbation of the commitment in the unit ball; default 0.05 (paper 1)."""
+    """First perturbation of the commitment in the unit ball; default 0.1 (paper 1)."""
     batch: int = Field(default=64, ge=1)
     """Episodes of a gradient step of the solver."""
     learning_rate: float = Field(default=3e-3, gt=0)
@@ -108,8 +114,8 @@ class ContinuousConfig:
 DEFAULT: dict[str, Any] = {
     "response": "well_specified",
     "hypergradient": "branches",
-    "remembered": 4,
-    "perturbation": 0.05,
+    "remembered": 16,
+    "perturbation": 0.1,
 }
 """What `gsiirl` sets where nothing is given."""
 

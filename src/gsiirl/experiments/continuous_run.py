@@ -135,13 +135,26 @@ class Judge:
     def best_response(self, policies: Sides[PolicyNetwork], habit: PolicyNetwork, key: PRNGKeyArray) -> PolicyNetwork:
         """The better, for the true expert, of its habit trained on and of a fresh policy trained from scratch."""
         reward, steps = self.problem.true_expert_reward, self.config.training_steps
-        fresh = self._tester.init(key).expert
-        # The habit trains on with as fresh an optimiser as the other.
-        trained = Ascent(habit, fresh.optimiser)
-        starts = jax.tree.map(lambda *each: jnp.stack(each), trained, fresh)
-        found = jax.vmap(lambda start: self._tester.respond(policies.learner, reward, start, key, steps).policy)(starts)
-        values = jax.vmap(lambda policy: self.returns(self.episodes(Sides(policies.learner, policy))).expert)(found)
-        return jax.tree.map(lambda each: each[jnp.argmax(values)], found)
+
+        def trained(start: Ascent) -> PolicyNetwork:
+            return self._tester.respond(policies.learner, reward, start, key, steps).policy
+
+        def worth(policy: PolicyNetwork) -> Array:
+            return self.returns(self.episodes(Sides(policies.learner, policy))).expert
+
+        return _best(trained, worth, self._tester.init(key).expert, habit)
+
+    def best_answer(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> PolicyNetwork:
+        """Likewise the learner's, under the true rewards, to the expert's policy."""
+        reward, steps = self.problem.true_rewards.learner, self.config.training_steps
+
+        def trained(start: Ascent) -> PolicyNetwork:
+            return self._tester.answer(policies.expert, reward, start, key, steps).policy
+
+        def worth(policy: PolicyNetwork) -> Array:
+            return self.returns(self.episodes(Sides(policy, policies.expert))).learner
+
+        return _best(trained, worth, self._tester.init(key).learner, policies.learner)
 
     def true_play(self, key: PRNGKeyArray) -> Sides[Ascent]:
         """What MARL comes to after `training_steps` with both true rewards."""
@@ -149,15 +162,11 @@ class Judge:
         start = self.trainer.init(start_key)
         return self.trainer.ascend(start, self.problem.true_rewards, ascent_key, self.config.training_steps)[0]
 
-    def exploitability(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> Record:
-        """What a best response trained from scratch gains over either side's policy, as a share of its |return|."""
-        rewards, steps = self.problem.true_rewards, self.config.training_steps
-        fresh = self._tester.init(key)
-        answer = self._tester.answer(policies.expert, rewards.learner, fresh.learner, key, steps).policy
-        response = self._tester.respond(policies.learner, rewards.expert, fresh.expert, key, steps).policy
+    def exploitability(self, policies: Sides[PolicyNetwork], response: PolicyNetwork, key: PRNGKeyArray) -> Record:
+        """What a best response gains over either side's policy, as a share of |return|; `response` is the expert's."""
         now = self.returns(self.episodes(policies))
         best = Sides(
-            self.returns(self.episodes(Sides(answer, policies.expert))).learner,
+            self.returns(self.episodes(Sides(self.best_answer(policies, key), policies.expert))).learner,
             self.returns(self.episodes(Sides(policies.learner, response))).expert,
         )
         gains = jax.tree.map(lambda after, before: (after - before) / jnp.abs(before), best, now)
@@ -191,6 +200,18 @@ class Judge:
         return self.problem.paths(episodes_from(self.problem.game, policies, starts))
 
 
+def _best(
+    trained: Callable[[Ascent], PolicyNetwork],
+    worth: Callable[[PolicyNetwork], Array],
+    fresh: Ascent,
+    habit: PolicyNetwork,
+) -> PolicyNetwork:
+    """The better of `fresh` trained and of `habit` trained on, with as fresh an optimiser."""
+    starts = jax.tree.map(lambda *each: jnp.stack(each), Ascent(habit, fresh.optimiser), fresh)
+    found = jax.vmap(trained)(starts)
+    return jax.tree.map(lambda each: each[jnp.argmax(jax.vmap(worth)(found))], found)
+
+
 def _solver(
     config: ContinuousConfig, problem: ContinuousProblem, steps: int, last_rate: float = TRAINED_RATE
 ) -> Pathwise:
@@ -211,8 +232,8 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     learner = _learner(config, problem)
     expert = _expert(config, problem)
 
-    def observe(state: ContinuousState, answer: PolicyNetwork) -> Record:
-        record, modelled, real = judge.play(policies_of(state.solution), Sides(learner.propose(state), answer))
+    def observe(state: ContinuousState, played: PolicyNetwork, answer: PolicyNetwork) -> Record:
+        record, modelled, real = judge.play(policies_of(state.solution), Sides(played, answer))
         return {
             **record,
             **judge.expert_reward(state.expert_parameters, modelled, real),
@@ -231,12 +252,14 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first + offset))
             played = learner.propose(state)
             habits, seen = expert.demonstrate(habits, played, config.trajectories, demonstration_key)
-            return (learner.update(state, played, seen, update_key), habits), observe(state, habits.policy)
+            record = observe(state, played, habits.policy)
+            return (learner.update(state, played, seen, update_key), habits), record
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
     def finish(carry: tuple[ContinuousState, Ascent], key: PRNGKeyArray) -> Ending:
         state, habits = carry
+        state = learner.settle(state, judge.trainer, key, config.settling_steps)
         answer = judge.best_response(policies_of(state.solution), habits.policy, key)
         learned = {
             "expert_reward": state.expert_parameters,
@@ -244,11 +267,11 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             "commitment": state.commitment,
         }
         return Ending(
-            observe(state, answer),
-            judge.paths(Sides(learner.propose(state), answer)),
+            observe(state, learner.policy(state), answer),
+            judge.paths(Sides(learner.policy(state), answer)),
             learned,
             problem.reward_map(state.expert_parameters),
-            weights_of(learner=learner.propose(state), expert=state.solution.expert.policy, response=answer),
+            weights_of(learner=learner.policy(state), expert=state.solution.expert.policy, response=answer),
         )
 
     return Algorithm(init, advance, finish)
@@ -258,8 +281,14 @@ def _expert(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousR
     """The real expert, which never stops learning: its rate falls over all that it takes part in."""
     first = config.training_steps // 4
     steps = first + config.iterations * config.response_steps
-    solver = _solver(replace(config, expert_steps=1), problem, steps, FOLLOWING_RATE)
-    return ContinuousRespondingExpert(solver, problem.true_expert_reward, config.response_steps, first)
+    return ContinuousRespondingExpert(
+        _responder(config, problem, steps), problem.true_expert_reward, config.response_steps, first
+    )
+
+
+def _responder(config: ContinuousConfig, problem: ContinuousProblem, steps: int) -> Pathwise:
+    """Who answers a policy alone: one step at a time, without a shaking hand."""
+    return _solver(replace(config, expert_steps=1, noise=0.0), problem, steps, FOLLOWING_RATE)
 
 
 def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
@@ -267,7 +296,8 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         steps, inner = growing_steps, optax.sgd(config.inner_step_size)
         outer = optax.sgd(1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5))
     else:
-        steps, inner = constant_steps(config.inner_steps), _matching(config)
+        steps = constant_steps(config.inner_steps, config.first_inner_steps)
+        inner = _matching(config)
         # A branch that has lost its way would else throw the commitment far off.
         outer = optax.chain(optax.clip_by_global_norm(1.0), optax.sgd(config.step_size))
     return ContinuousGSIIRL(
@@ -276,13 +306,15 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         accessed=problem.dependent_value,
         dependent_reward=problem.dependent_reward,
         expert_reward=problem.expert_reward,
-        inner_loop=MaximumLikelihood(1.0, steps, inner),
+        inner_loop=MaximumLikelihood(1.0, steps, inner, on_sphere=config.algorithm != "paper"),
         hypergradient=_hypergradient(config),
         regularisation=config.regularisation,
         trajectories=config.trajectories,
         optimiser=outer,
         solver_steps=config.solver_steps,
+        response_steps=config.response_steps,
         remembered=config.remembered or 1,
+        compared=min(config.compared, config.trajectories),
         lower_level="equilibrium" if config.algorithm == "paper" else "played",
     )
 
@@ -372,25 +404,29 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
     init, train, policies_in = _maddpg(problem, config) if config.solver == "maddpg" else _pathwise(judge)
 
-    def observe(policies: Sides[PolicyNetwork]) -> Record:
-        # Who knows the true rewards has no model to differ from them: both evaluations are one.
-        record, _, _ = judge.play(policies, policies)
+    def observe(policies: Sides[PolicyNetwork], response: PolicyNetwork) -> Record:
+        record, _, _ = judge.play(policies, Sides(policies.learner, response))
         return {**record, **judge.truth(policies)}
 
     def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
         def one_iteration(state: PyTree, offset: Array) -> tuple[PyTree, Record]:
-            # Measured at the end alone.
+            policies = policies_in(state)
+            # Best responses are found at the end alone.
             unknown = dict.fromkeys(("exploitability_learner", "exploitability_expert"), jnp.asarray(jnp.nan))
-            record = observe(policies_in(state)) | unknown
+            record = observe(policies, policies.expert) | unknown
             return train(state, jax.random.fold_in(key, first + offset)), record
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
     def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
         policies = policies_in(state)
-        record = observe(policies) | judge.exploitability(policies, key)
+        response = judge.best_response(policies, policies.expert, key)
         return Ending(
-            record, judge.paths(policies), {}, {}, weights_of(learner=policies.learner, expert=policies.expert)
+            observe(policies, response) | judge.exploitability(policies, response, key),
+            judge.paths(Sides(policies.learner, response)),
+            {},
+            {},
+            weights_of(learner=policies.learner, expert=policies.expert, response=response),
         )
 
     return Algorithm(init, advance, finish)

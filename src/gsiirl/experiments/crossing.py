@@ -21,5 +21,7 @@ class CrossingConfig(ContinuousConfig):
     """Steps T of an episode."""
     hidden: int = Field(default=32, ge=1)
     """Width of the policy networks' two hidden layers."""
+    settling_steps: int = Field(default=2000, ge=0)
+    """Steps of the forward model at the last rewards, with fresh optimisers, before its policy is the final one."""
     training_steps: int = Field(default=2000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""

@@ -20,7 +20,7 @@ ARENA = 0.8
 GRID = 81
 """Places along an axis on which the learned goal is looked for: 0.02 apart."""
 MAP = 33
-EXPERT_SCALE, DEPENDENT_SCALE = 10.0, 8.0
+EXPERT_SCALE, DEPENDENT_SCALE = 1.0, 8.0
 
 
 def prepare(config: CrossingConfig, saved_game: Path | None = None) -> PreparedRun:

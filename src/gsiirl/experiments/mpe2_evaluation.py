@@ -16,6 +16,8 @@ from gsiirl.experiments.deception import DeceptionConfig
 from gsiirl.runs import RunFolder, statistics
 
 Pair = Literal["deployed", "model"]
+EXPERTS: Mapping[Pair, str] = {"deployed": "response", "model": "expert"}
+"""The expert's network in each pair: the true expert's response is deployed."""
 
 OTHER_RUN = "give the folder of a finished deception run"
 ANEW = "start the run again in another folder"
@@ -64,10 +66,6 @@ class PlayedRun:
         weights = {name: array[kept] for name, array in weights.items()}
         return cls(folder, config, [seeds[place] for place in kept], failed, summary["final"], weights)
 
-    def expert_of(self, pair: Pair) -> str:
-        """The name of the expert's network: the true expert's response is deployed, where the expert is not its own."""
-        return "response" if pair == "deployed" and self.config.algorithm != "marl" else "expert"
-
     def policy(self, name: str, place: int, observation_size: int, action_size: int) -> NumpyPolicy:
         """The network of that name of the seed at that place.
 
@@ -91,7 +89,7 @@ def evaluate_in_mpe2(run: PlayedRun, pair: Pair, episodes: int) -> dict[str, Any
     Raises:
         InputError: mpe2 is not installed, or the run's policies are damaged.
     """
-    horizon, names = run.config.horizon, ("learner", run.expert_of(pair))
+    horizon, names = run.config.horizon, ("learner", EXPERTS[pair])
     environment = mpe2.simple_adversary(horizon)
     pairs = [
         [

@@ -1,12 +1,15 @@
-"""Several runs, one after the other, each into a folder of its own; what is done is kept when they are begun again."""
+"""Several runs, each into a folder of its own; what is done is kept when they are begun again."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict
 from gsiirl.runs import RunFolder
+
+Told = Callable[[int, int], None]
+"""See `runner.Told`: this module is imported where nothing slow may be."""
 
 UNBEGUN = {"game.json", "game.json.aside", "config.json.aside"}
 """What a run that was killed before its `config.json` was there may have left."""
@@ -39,25 +42,36 @@ def check_folders(planned: Sequence[PlannedRun]) -> None:
             raise InputError("--out", f"{folder} {held}", "use another folder")
 
 
-def carry_out(planned: Sequence[PlannedRun]) -> None:
-    """Do every run that is not done yet, going on with what was interrupted.
+def carry_out(planned: Sequence[PlannedRun], jobs: int = 1) -> None:
+    """Do every run that is not done yet, `jobs` at a time, going on with what was interrupted.
 
     Raises:
         InputError: see `check_folders`, and `runner.run`; runs after the one concerned are not begun.
     """
+    check_folders(planned)
+    if jobs > 1:
+        from gsiirl.experiments.side_by_side import do_side_by_side
+
+        do_side_by_side(planned, jobs)
+        return
     import jax
 
-    from gsiirl.experiments import runner
-
-    check_folders(planned)
-    for folder, config in planned:
-        if RunFolder.is_at(folder):
-            runner.resume(folder)
-        else:
-            _clear(folder)
-            runner.run(config, folder)
+    for each in planned:
+        do(each)
         # A plan has many programs, and none is used by two runs.
         jax.clear_caches()
+
+
+def do(planned: PlannedRun, told: Told | None = None) -> None:
+    """Begin a run, or go on with it; its progress is shown, or told to `told`."""
+    from gsiirl.experiments import runner
+
+    folder, config = planned
+    if RunFolder.is_at(folder):
+        runner.resume(folder, told)
+    else:
+        _clear(folder)
+        runner.run(config, folder, told)
 
 
 def failed_seeds(planned: Sequence[PlannedRun]) -> dict[Path, list[int]]:

@@ -4,8 +4,8 @@ import importlib.metadata
 import pkgutil
 import platform
 import time
-from collections.abc import Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +24,12 @@ from gsiirl.runs import Checkpoint, RunFolder, summarise
 ANOTHER_VERSION = "it is of another version: begin the run anew in another folder"
 
 
-def run(config: ExperimentConfig, out: Path) -> None:
-    """Run an experiment into a new run folder.
+Told = Callable[[int, int], None]
+"""Who is told how many iterations are done, and of how many."""
+
+
+def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
+    """Run an experiment into a new run folder; its progress is shown, or told to `told` instead.
 
     Raises:
         InputError: when the configuration's game or device, or the folder, cannot be used; nothing is written then.
@@ -34,10 +38,10 @@ def run(config: ExperimentConfig, out: Path) -> None:
     with jax.enable_x64(config.double_precision), _on_device(config.device):
         prepared = _prepare(config, None)
         folder = RunFolder.create(out, config_to_dict(config), prepared.game)
-        _go_on(folder, config, prepared, None)
+        _go_on(folder, config, prepared, None, told)
 
 
-def resume(path: Path) -> None:
+def resume(path: Path, told: Told | None = None) -> None:
     """Go on with an interrupted run; a finished one is left as it is.
 
     Raises:
@@ -49,7 +53,7 @@ def resume(path: Path) -> None:
     if summary is not None and summary["completed"]:
         return
     with jax.enable_x64(config.double_precision), _on_device(config.device):
-        _go_on(folder, config, _prepare(config, path / "game.json"), folder.load_checkpoint())
+        _go_on(folder, config, _prepare(config, path / "game.json"), folder.load_checkpoint(), told)
 
 
 def _prepare(config: ExperimentConfig, saved_game: Path | None) -> PreparedRun:
@@ -57,7 +61,13 @@ def _prepare(config: ExperimentConfig, saved_game: Path | None) -> PreparedRun:
     return pkgutil.resolve_name(config.preparation)(config, saved_game)
 
 
-def _go_on(folder: RunFolder, config: ExperimentConfig, prepared: PreparedRun, checkpoint: Checkpoint | None) -> None:
+def _go_on(
+    folder: RunFolder,
+    config: ExperimentConfig,
+    prepared: PreparedRun,
+    checkpoint: Checkpoint | None,
+    told: Told | None,
+) -> None:
     began = time.perf_counter()
     seeds = jnp.arange(config.first_seed, config.first_seed + config.seeds)
     algorithm, iterations = prepared.algorithm, prepared.iterations
@@ -73,9 +83,8 @@ def _go_on(folder: RunFolder, config: ExperimentConfig, prepared: PreparedRun, c
     else:
         states = _restored(checkpoint, jax.eval_shape(init, seeds))
         iteration, chunk = checkpoint.iteration, checkpoint.chunks
-    with _progress() as progress:
-        task = f"{config.experiment}, {config.algorithm}, {config.seeds} seeds"
-        bar = progress.add_task(task, total=iterations, completed=iteration)
+    with _shown(config) if told is None else nullcontext(told) as tell:
+        tell(iteration, iterations)
         # The grid of chunks is fixed, so that a resumed run passes through the same ones.
         while iteration < iterations:
             number = min(prepared.chunk, iterations - iteration)
@@ -83,7 +92,7 @@ def _go_on(folder: RunFolder, config: ExperimentConfig, prepared: PreparedRun, c
             folder.append_metrics(chunk, _rows(record, seeds, iteration, references))
             iteration, chunk = iteration + number, chunk + 1
             folder.save_checkpoint(_stored(states), iteration, chunk)
-            progress.update(bar, completed=iteration)
+            tell(iteration, iterations)
         ending = jax.jit(jax.vmap(lambda seed, state: algorithm.finish(state, _keys(seed)[2])))(seeds, states)
         _finish(folder, prepared, ending, seeds, chunk, references)
     folder.write_environment(_environment(time.perf_counter() - began, checkpoint is not None))
@@ -167,7 +176,20 @@ def _on_device(name: str) -> AbstractContextManager[object]:
         raise InputError("--device", f"no {name} is to be had", "use --device cpu") from error
 
 
-def _progress() -> rich.progress.Progress:
+@contextmanager
+def _shown(config: ExperimentConfig) -> Iterator[Told]:
+    with progress_bars() as progress:
+        bar = progress.add_task(title(config), total=None)
+        yield lambda done, of: progress.update(bar, completed=done, total=of)
+
+
+def title(config: ExperimentConfig) -> str:
+    """What the progress of a run is shown under."""
+    return f"{config.experiment}, {config.algorithm}, {config.seeds} seeds"
+
+
+def progress_bars() -> rich.progress.Progress:
+    """Bars of iterations; times count from when a bar is added."""
     return rich.progress.Progress(
         rich.progress.TextColumn("{task.description}"),
         rich.progress.BarColumn(),

@@ -15,12 +15,14 @@ Steps = Callable[[Int[Array, ""]], int | Array]
 class MaximumLikelihood(eqx.Module):
     """θ_e ← Proj(θ_e + step), t_k times from a warm start, with steps that `optimiser` makes of τ∇L.
 
-    The projection is to the closed unit ball. Plain gradient steps of size β are `optax.sgd(β)`.
+    The projection is to the closed unit ball, or with `on_sphere` to its surface. Plain gradient steps of size β are
+    `optax.sgd(β)`.
     """
 
     temperature: float
     steps: Steps = eqx.field(static=True)
     optimiser: optax.GradientTransformation = eqx.field(static=True)
+    on_sphere: bool = eqx.field(static=True, default=False)
 
     def fit(
         self,
@@ -41,12 +43,16 @@ class MaximumLikelihood(eqx.Module):
     ) -> tuple[Float[Array, " m"], optax.OptState]:
         """One projected step along `gradient` = ∇L."""
         step, optimiser_state = self.optimiser.update(self.temperature * gradient, optimiser_state, parameters)
-        return optax.projections.projection_l2_ball(optax.apply_updates(parameters, step), 1.0), optimiser_state
+        stepped = optax.apply_updates(parameters, step)
+        project = optax.projections.projection_l2_sphere if self.on_sphere else optax.projections.projection_l2_ball
+        return project(stepped, 1.0), optimiser_state
 
 
-def constant_steps(number: int) -> Steps:
-    """As many inner steps in every outer iteration."""
-    return lambda iteration: number
+def constant_steps(number: int, first: int | None = None) -> Steps:
+    """As many inner steps in every outer iteration, or `first` in the first one."""
+    if first is None:
+        return lambda iteration: number
+    return lambda iteration: jnp.where(iteration == 0, first, number)
 
 
 def growing_steps(iteration: Int[Array, ""]) -> Int[Array, ""]:

@@ -31,15 +31,18 @@ COLLISION_PENALTY = 5.0
 SLOW_PENALTY = 0.1
 SLOW = 0.3
 
+
 CENTRES = np.stack(np.meshgrid(np.linspace(-0.7, 0.7, 5), np.linspace(-0.7, 0.7, 5), indexing="ij"), -1).reshape(-1, 2)
 """Places that the features measure distances to, (25, 2): an even grid that holds no goal."""
 BLUNT = 0.25
 """Below this distance a distance feature is round, not pointed."""
 WIDTHS = (0.1, 0.2, 0.4)
+NEAR_UNIT = 10.0
+"""Of the human's features of nearness: with it their weights are of the size of the places'."""
 
 
 class HumanFeatures(AbstractTransitionFeatures):
-    """What the human may be after: −√(‖p_h − c‖² + 0.25²) for 25 places c, −near(d; w) for three widths, and −v²."""
+    """What the human may be after: −√(‖p_h − c‖² + 0.25²) for 25 places c, −10 near(d; w) for three widths, −‖a_h‖²."""
 
     names: tuple[str, ...] = eqx.field(
         static=True,
@@ -54,7 +57,7 @@ class HumanFeatures(AbstractTransitionFeatures):
         human = _places(transition).positions.expert
         squares = jnp.sum((human[None, :] - jnp.asarray(CENTRES, jnp.float32)) ** 2, axis=1)
         effort = jnp.sum(transition.actions.expert**2)
-        return -jnp.concatenate([jnp.sqrt(squares + BLUNT**2), nearness(transition), effort[None]])
+        return -jnp.concatenate([jnp.sqrt(squares + BLUNT**2), NEAR_UNIT * nearness(transition), effort[None]])
 
 
 class RobotFeatures(AbstractTransitionFeatures):
