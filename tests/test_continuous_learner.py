@@ -182,6 +182,7 @@ def test_vmapped_seeds_equal_looped_seeds(lived):
         np.testing.assert_allclose(getattr(states, name)[1], getattr(alone, name), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_modelled_expert_that_matches_leaves_the_parameters_where_they_are():
     learner = make(regularisation=0.0, response_steps=0)
     state = learner.init(jax.random.key(0))

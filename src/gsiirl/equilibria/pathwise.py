@@ -102,7 +102,7 @@ class Pathwise(eqx.Module):
 
         def one_step(state: Sides[Ascent], key: PRNGKeyArray) -> tuple[Sides[Ascent], Progress]:
             both_key, *expert_keys = jax.random.split(key, self.expert_steps)
-            noise = None if self.noise is None else self.noise(steps_taken(state.learner))
+            noise = None if self.noise is None else jnp.asarray(self.noise(steps_taken(state.learner)))
             values, pull_back = jax.vjp(
                 lambda at: self._noisy_returns(at, rewards, both_key, noise), policies_of(state)
             )

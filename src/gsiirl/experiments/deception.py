@@ -25,6 +25,8 @@ class DeceptionConfig(ContinuousConfig):
     """Adam's first step on the policy networks; it falls to a tenth, and in training at once to a fiftieth."""
     solver_steps: int = Field(default=60, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
+    response_steps: int = Field(default=200, ge=1)
+    """Steps that the real expert takes towards its best response in each interaction, from its policy of the last."""
     training_steps: int = Field(default=5000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     variant: Literal["mpe", "separate_target"] = "mpe"

@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from multiprocessing import connection, get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import rich.progress
 
@@ -27,7 +27,7 @@ class Started(NamedTuple):
 
     run: PlannedRun
     process: BaseProcess
-    heard: connection.Connection
+    heard: Any
     bar: rich.progress.TaskID
 
 
@@ -38,7 +38,7 @@ def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
         InputError: as the run that cannot be done raised it.
         RuntimeError: the process of a run ended before the run did.
     """
-    waiting, started = list(planned), dict[connection.Connection, Started]()
+    waiting, started = list(planned), dict[Any, Started]()
     with ExitStack() as at_the_end:
         progress = at_the_end.enter_context(runner.progress_bars())
         at_the_end.callback(lambda: _stop(list(started.values())))
@@ -91,7 +91,7 @@ def _stop(running: list[Started]) -> None:
         each.process.join()
 
 
-def _in_own_process(folder: Path, config: ExperimentConfig, telling: connection.Connection) -> None:
+def _in_own_process(folder: Path, config: ExperimentConfig, telling: Any) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with telling:
         try:
