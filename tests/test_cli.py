@@ -25,8 +25,8 @@ def runner(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     calls: list[tuple[object, ...]] = []
     module.__dict__.update(
         calls=calls,
-        run=lambda config, out: calls.append((config, out)),
-        resume=lambda folder: calls.append((folder,)),
+        run=lambda config, out, told=None: calls.append((config, out)),
+        resume=lambda folder, told=None: calls.append((folder,)),
     )
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setattr(gsiirl.experiments, "runner", module, raising=False)
@@ -234,7 +234,7 @@ def test_reproduce_runs_the_plan_and_reports_it(
     capsys: pytest.CaptureFixture[str],
     refused: Message,
 ):
-    def run(config: ExperimentConfig, folder: Path) -> None:
+    def run(config: ExperimentConfig, folder: Path, told: object) -> None:
         runner.calls.append((config, folder))
         make_run(folder, config.resolved())
         failed = [1] if folder == tmp_path / "crossing" / "paper" else []
@@ -242,7 +242,7 @@ def test_reproduce_runs_the_plan_and_reports_it(
         (folder / "summary.json").write_text(json.dumps(summary))
 
     runner.__dict__["run"] = run
-    command = ["reproduce", "--quick", "--out", str(tmp_path)]
+    command = ["reproduce", "--quick", "--jobs", "1", "--out", str(tmp_path)]
     assert main(command) == 0
     captured = capsys.readouterr()
     assert captured.out == f"{tmp_path / 'report' / 'index.html'}\n"
@@ -259,6 +259,8 @@ def test_reproduce_runs_the_plan_and_reports_it(
     message = f"--out: {first} holds a run with other settings; use another folder"
     assert refused([*command, "--seeds", "3"]) == message
     assert len(runner.calls) == 24
+    message = "--jobs: cannot be 0; give a whole number of at least 1"
+    assert refused(["reproduce", "--jobs", "0", "--out", "x"]) == message
 
 
 def test_an_interrupted_reproduction_says_how_to_go_on(
@@ -268,8 +270,8 @@ def test_an_interrupted_reproduction_says_how_to_go_on(
         raise KeyboardInterrupt
 
     runner.__dict__["run"] = interrupt
-    assert main(["reproduce", "--maddpg", "--out", str(tmp_path)]) == 130
-    again = f"gsiirl reproduce --maddpg --seeds 10 --out {tmp_path}"
+    assert main(["reproduce", "--maddpg", "--jobs", "1", "--out", str(tmp_path)]) == 130
+    again = f"gsiirl reproduce --maddpg --jobs 1 --seeds 10 --out {tmp_path}"
     assert capsys.readouterr().err == f"gsiirl: interrupted: finished runs are kept; go on with `{again}`\n"
 
 

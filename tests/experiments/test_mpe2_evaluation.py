@@ -43,7 +43,7 @@ def finished_run(path: Path, config: ExperimentConfig | None = None, failed: int
             columns[f"{pair}_return_{side}"] = [
                 np.nan if seed == failed else of_pair + of_side + seed for seed in columns["seed"]
             ]
-    folder.save_policies(weights_of(list(NETWORKS) if config.algorithm != "marl" else ["learner", "expert"], 3))
+    folder.save_policies(weights_of(list(NETWORKS), 3))
     folder.write_summary(summarise(folder.config, polars.DataFrame(columns), completed=True))
     return folder
 
@@ -67,7 +67,7 @@ def played(run: RunFolder, learner: str, expert: str, place: int) -> list[float]
     [
         ("gsiirl", "deployed", "response"),
         ("gsiirl", "model", "expert"),
-        ("marl", "deployed", "expert"),
+        ("marl", "deployed", "response"),
         ("marl", "model", "expert"),
     ],
 )

@@ -14,6 +14,7 @@ from cyclopts import Parameter
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import (
     ExperimentConfig,
+    at_least_one,
     choices,
     config_from_dict,
     field_schemas,
@@ -119,7 +120,7 @@ def reproduce(
     Finished runs in DIR are kept and an interrupted one is gone on with.
     """
     number = load_config(SecurityConfig, {"seeds": (2 if quick else 10) if seeds is None else seeds}, flag).seeds
-    at_a_time = min(os.cpu_count() or 1, 4) if jobs is None else max(_whole("--jobs", jobs), 1)
+    at_a_time = min(os.cpu_count() or 1, 4) if jobs is None else at_least_one("--jobs", jobs)
     from gsiirl.experiments.plan import carry_out, check_folders, failed_seeds
     from gsiirl.experiments.reproduce import plan
 
@@ -133,6 +134,7 @@ def reproduce(
         page = build_report([each.folder for each in planned], out / "report").page
     except KeyboardInterrupt:
         flags = [f"--{name}" for name, given in (("quick", quick), ("maddpg", maddpg)) if given]
+        flags += [] if jobs is None else ["--jobs", jobs]
         again = shlex.join(["gsiirl", "reproduce", *flags, "--seeds", str(number), "--out", str(out)])
         raise KeyboardInterrupt(f"finished runs are kept; go on with `{again}`") from None
     for folder, failed in failed_seeds(planned).items():

@@ -128,3 +128,14 @@ def _accepted(schema: Mapping[str, Any]) -> str:
     limits = {"minimum": "of at least", "exclusiveMinimum": "above", "maximum": "at most"}
     bounds = [f"{words} {schema[key]}" for key, words in limits.items() if key in schema]
     return " ".join(["give", kinds[schema["type"]], " and ".join(bounds)]).rstrip()
+
+
+def at_least_one(name: str, text: str) -> int:
+    """The whole number that a flag is given.
+
+    Raises:
+        InputError: it is none, or below 1.
+    """
+    if not text.isdecimal() or int(text) < 1:
+        raise InputError(name, f"cannot be {text or 'empty'}", "give a whole number of at least 1")
+    return int(text)

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from gsiirl.errors import InputError
 
 COLUMNS = ("learner", "expert", "sum")
 
@@ -27,13 +26,15 @@ def evaluate(
             metavar="deployed|model",
             show_choices=False,
             help="Whom the learner meets: the true expert's best response to it, or the expert of its model. "
-            "Of marl both are its own expert.",
+            "Of marl too: the best response found, or its own expert.",
         ),
     ] = "deployed",
     episodes: Annotated[str, Parameter(metavar="INT", help="Episodes of each seed, the same for all.")] = "1000",
 ) -> None:
     """Play a run's policies in somebody else's implementation of the game; writes evaluation-mpe2.json into DIR."""
-    number = _at_least_one(episodes)
+    from gsiirl.experiments.config import at_least_one
+
+    number = at_least_one("--episodes", episodes)
     from gsiirl.experiments.mpe2_evaluation import PlayedRun, evaluate_in_mpe2
 
     run = PlayedRun.open(folder)
@@ -42,12 +43,6 @@ def evaluate(
     print(folder / f"evaluation-{simulator}.json")
     if run.failed_seeds:
         print(f"gsiirl: {folder}: left out failed seeds {', '.join(map(str, run.failed_seeds))}", file=sys.stderr)
-
-
-def _at_least_one(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise InputError("--episodes", f"cannot be {text or 'empty'}", "give a whole number of at least 1")
-    return int(text)
 
 
 def _print_table(evaluation: dict[str, Any]) -> None:
