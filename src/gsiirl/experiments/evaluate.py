@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-
 COLUMNS = ("learner", "expert", "sum")
 
 
