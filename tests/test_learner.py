@@ -97,6 +97,7 @@ def test_the_learner_is_the_same_whatever_the_expert_wants(problem):
         np.testing.assert_array_equal(one, another)
 
 
+@pytest.mark.slow
 def test_seeds_run_together_are_the_seeds_run_one_by_one(runs):
     seeds = jnp.arange(SEEDS)
     start = jax.vmap(runs.begin)(seeds)

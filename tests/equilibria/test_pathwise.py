@@ -61,6 +61,7 @@ def test_the_gradient_through_an_episode_is_that_of_finite_differences():
     assert slope == pytest.approx(differences, rel=1e-2, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_each_side_follows_its_own_return_alone():
     solve = solver()
     state = solve.init(jax.random.key(0))

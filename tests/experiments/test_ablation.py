@@ -32,12 +32,12 @@ def run(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """Folders run, in order; each gets what makes it a run folder."""
     folders: list[Path] = []
 
-    def note(config, folder: Path) -> None:
+    def note(config, folder: Path, _: object) -> None:
         folders.append(folder)
         RunFolder.create(folder, config_to_dict(config.resolved()), {"name": "none"})
 
     monkeypatch.setattr(runner, "run", note)
-    monkeypatch.setattr(runner, "resume", lambda folder: folders.append(folder))
+    monkeypatch.setattr(runner, "resume", lambda folder, _: folders.append(folder))
     return folders
 
 

@@ -93,6 +93,7 @@ def test_baselines_run(algorithm, tmp_path):
     assert ("expert_reward_pearson" in summary["final"]) == (algorithm == "ma-irl")
 
 
+@pytest.mark.slow
 def test_a_users_network_runs_and_resumes_after_its_file_is_gone(tmp_path, monkeypatch):
     graph = tmp_path / "office.json"
     graph.write_text((Path(__file__).parents[2] / "examples" / "office.json").read_text())
