@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
-from gsiirl.experiments.continuous_run import Judge
+from gsiirl.experiments.continuous_judge import Judge
 from gsiirl.experiments.deception import DeceptionConfig
 from gsiirl.experiments.deception_problem import build
 from gsiirl.experiments.mpe2_evaluation import PlayedRun

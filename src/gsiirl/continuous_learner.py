@@ -12,7 +12,7 @@ Deterministic policies have no likelihood: Lemma 1's gradient is then that of fe
 μ(π) = E[Σ_t γ^t ∇_θ r^θ] in units of `expert_reward.scale`. π' is by `lower_level`
 
 * `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction; each
-  response is a network that takes one step of ascent for each step of θ_e.
+  response is a network that gets used to π_l, and then takes one step of ascent for each step of θ_e.
 * `equilibrium` (the paper's line 6): the forward model, for the newest demonstrations.
 
 A policy network needs many steps to settle, so that what a change of θ_l is worth shows late: at first it only costs,
@@ -159,11 +159,11 @@ class ContinuousGSIIRL(eqx.Module):
         """One iteration of learning from one interaction; the expert's reward is not among what is passed."""
         memory_key, response_key, lower_key, upper_key, forward_key = jax.random.split(key, 5)
         iteration = state.memory.count
-        # The modelled expert gets used to what was played for as long as the real one.
-        modelled = self.rewards(state.commitment, state.expert_parameters).expert
-        response = self.solver.respond(
-            learner_policy, modelled, state.solution.expert, response_key, self.response_steps
-        )
+        response = state.solution.expert
+        if self.lower_level == "played":
+            # The modelled expert gets used to what was played for as long as the real one.
+            modelled = self.rewards(state.commitment, state.expert_parameters).expert
+            response = self.solver.respond(learner_policy, modelled, response, response_key, self.response_steps)
         memory = state.memory.remember(memory_key, Lived(learner_policy, demonstrations, response))
         expert_parameters, lower_optimiser, memory = self._lower(state, memory, lower_key, iteration)
         accessed = self._read(state.accessed, demonstrations)
@@ -192,9 +192,7 @@ class ContinuousGSIIRL(eqx.Module):
 
     def settle(self, state: ContinuousState, solver: Pathwise, key: PRNGKeyArray, steps: int) -> ContinuousState:
         """With the forward model `steps` steps of `solver` on, from where it is, at the parameters as they are."""
-        start = jax.tree.map(lambda ascent: ascent.policy, state.solution, is_leaf=lambda x: isinstance(x, Ascent))
-        fresh = solver.init(key)
-        begun = Sides(Ascent(start.learner, fresh.learner.optimiser), Ascent(start.expert, fresh.expert.optimiser))
+        begun = solver.begin(policies_of(state.solution))
         settled, _ = solver.ascend(begun, self.rewards(state.commitment, state.expert_parameters), key, steps)
         return eqx.tree_at(lambda at: at.solution, state, settled)
 

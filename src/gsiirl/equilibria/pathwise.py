@@ -12,7 +12,7 @@ always is.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import equinox as eqx
 import jax
@@ -88,12 +88,18 @@ class Pathwise(eqx.Module):
         reset_key, *keys = jax.random.split(key, 3)
         observations = self.game.observe(self.game.reset(reset_key))
 
-        def fresh(side: str, one: PRNGKeyArray) -> Ascent:
+        def fresh(side: str, one: PRNGKeyArray) -> PolicyNetwork:
             observation, actions = getattr(observations, side), getattr(self.game.action_size, side)
-            policy = PolicyNetwork.create(observation.shape[0], actions, self.hidden, one)
-            return Ascent(policy, getattr(self.optimiser, side).init(policy))
+            return PolicyNetwork.create(observation.shape[0], actions, self.hidden, one)
 
-        return Sides(fresh("learner", keys[0]), fresh("expert", keys[1]))
+        return self.begin(Sides(fresh("learner", keys[0]), fresh("expert", keys[1])))
+
+    def begin(self, policies: Sides[PolicyNetwork]) -> Sides[Ascent]:
+        """These policies at the start of their way, with optimisers that remember nothing."""
+        return Sides(
+            Ascent(policies.learner, self.optimiser.learner.init(cast(Any, policies.learner))),
+            Ascent(policies.expert, self.optimiser.expert.init(cast(Any, policies.expert))),
+        )
 
     def ascend(
         self, state: Sides[Ascent], rewards: Sides[TransitionReward], key: PRNGKeyArray, steps: int

@@ -8,9 +8,6 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict
 from gsiirl.runs import RunFolder
 
-Told = Callable[[int, int], None]
-"""See `runner.Told`: this module is imported where nothing slow may be."""
-
 UNBEGUN = {"game.json", "game.json.aside", "config.json.aside"}
 """What a run that was killed before its `config.json` was there may have left."""
 
@@ -62,8 +59,8 @@ def carry_out(planned: Sequence[PlannedRun], jobs: int = 1) -> None:
         jax.clear_caches()
 
 
-def do(planned: PlannedRun, told: Told | None = None) -> None:
-    """Begin a run, or go on with it; its progress is shown, or told to `told`."""
+def do(planned: PlannedRun, told: Callable[[int, int], None] | None = None) -> None:
+    """Begin a run, or go on with it; its progress is shown, or told to `told` (see `runner.Told`)."""
     from gsiirl.experiments import runner
 
     folder, config = planned

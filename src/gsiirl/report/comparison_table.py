@@ -48,7 +48,7 @@ def compare(group: GameGroup) -> list[ComparisonRow]:
         }
         if run.given_the_rewards:
             for side, evaluations in returns.items():
-                # Who knows the true rewards has no model to differ from them: both evaluations are one.
+                # Who knows the true rewards has no model to differ from them: one evaluation stands for a missing one.
                 known = evaluations["deployed"] or run.estimate(f"truth_return_{side}")
                 returns[side] = {kind: each or known for kind, each in evaluations.items()}
         rows.append(_row(group, label, run.algorithm, returns, f"run {run.path.name}"))

@@ -31,7 +31,6 @@ COLLISION_PENALTY = 5.0
 SLOW_PENALTY = 0.1
 SLOW = 0.3
 
-
 CENTRES = np.stack(np.meshgrid(np.linspace(-0.7, 0.7, 5), np.linspace(-0.7, 0.7, 5), indexing="ij"), -1).reshape(-1, 2)
 """Places that the features measure distances to, (25, 2): an even grid that holds no goal."""
 BLUNT = 0.25
