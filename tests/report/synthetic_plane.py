@@ -83,6 +83,7 @@ def write_plane_run(
     made_up = RETURNS[experiment]
     game = {**made_up.game, "variant": variant or made_up.game["variant"]}
     config = {"experiment": experiment, "algorithm": algorithm, "seeds": seeds, "iterations": iterations}
+    config["hypergradient"] = "spsa" if algorithm == "paper" else "branches"
     run = RunFolder.create(path, config, game)
     random = np.random.default_rng([seeds, *experiment.encode(), *algorithm.encode()])
     run.append_metrics(0, _metrics(experiment, algorithm, seeds, iterations, failed_seed, random))

@@ -17,6 +17,7 @@ from gsiirl.errors import InputError
 from gsiirl.report import ReportFiles, build_report
 from gsiirl.report.deception_figures import deception_figures
 from gsiirl.report.figure_style import figure_style
+from gsiirl.report.figures import draw_figures
 from gsiirl.report.group import GameGroup, group_runs
 from gsiirl.report.rates_figure import draw_rates
 from gsiirl.report.returns_figure import draw_returns
@@ -60,6 +61,13 @@ def test_each_game_has_its_figures(files: ReportFiles) -> None:
         assert [name for name in names if name.startswith(f"game-{number}-")] == [
             f"game-{number}-{name}" for name in ONE_GAME[experiment]
         ]
+
+
+def test_captions_of_what_was_lived_through_say_who_explores(runs: dict[str, list[Path]]) -> None:
+    [group] = group_runs([ReportedRun.read(path) for path in runs["crossing"]])
+    captions = {figure.name: figure.caption for figure in draw_figures(group)}
+    told = {name for name, caption in captions.items() if "The dips of GSIIRL are encounters played to see" in caption}
+    assert told == {"game-1-returns", "game-1-rates"}
 
 
 def test_animations_are_small_and_show_every_step(files: ReportFiles) -> None:

@@ -48,7 +48,7 @@ def _rates(group: GameGroup) -> PageFigure | None:
         f"{group.key}-rates",
         "Do they collide, and do they arrive?",
         "Shares of the encounters of the learned robot with the real human. Few collisions and many arrivals are "
-        "good. Lines are means over seeds, bands one standard deviation.",
+        f"good. Lines are means over seeds, bands one standard deviation.{group.exploring}",
         "Rates of collisions and of reached goals along the iterations",
         picture(figure),
     )

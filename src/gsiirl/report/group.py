@@ -55,6 +55,12 @@ class GameGroup:
         """The runs that learn rewards."""
         return {label: run for label, run in self.runs.items() if not run.given_the_rewards}
 
+    @property
+    def exploring(self) -> str:
+        """A sentence for captions of what was lived through, where a run explores; else nothing."""
+        names = [label for label, run in self.learners.items() if run.explores]
+        return f" The dips of {' and '.join(names)} are encounters played to see more, not to earn." if names else ""
+
     def of(self, algorithm: str) -> ReportedRun | None:
         """The first run of an algorithm that has a seed left, or None."""
         matching = [run for run in self.runs.values() if run.algorithm == algorithm and run.kept_seeds]

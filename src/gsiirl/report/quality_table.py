@@ -40,7 +40,7 @@ METRICS = {
     "nash_gap": Metric("NashConv", "what both sides together could gain by changing alone; 0 is an equilibrium"),
     "exploitability_learner": Metric(
         "exploitability, learner",
-        "what a freshly trained best response in the learner's place gains over it, of the return's size",
+        "what a best response trained in the learner's place gains over it, of the return's size",
         "share",
     ),
     "exploitability_expert": Metric("exploitability, expert", "the same in the expert's place", "share"),

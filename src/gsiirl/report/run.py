@@ -28,6 +28,8 @@ class ReportedRun:
     path: Path
     experiment: str
     algorithm: str
+    explores: bool
+    """Whether some of its interactions are played to learn of the expert, and not to earn."""
     game: dict[str, Any]
     seeds: list[int]
     failed_seeds: list[int]
@@ -59,6 +61,7 @@ class ReportedRun:
                 path=path,
                 experiment=folder.config["experiment"],
                 algorithm=_algorithm(folder.config),
+                explores=_explores(folder.config),
                 game=folder.game,
                 seeds=[int(seed) for seed in summary["seeds"]],
                 failed_seeds=failed,
@@ -124,6 +127,11 @@ class ReportedRun:
             return None
         kept = [index for index, seed in enumerate(self.learned.seeds) if seed not in self.failed_seeds]
         return self.learned.weights(parameter)[kept] if kept else None
+
+
+def _explores(config: dict[str, Any]) -> bool:
+    """Whoever keeps branches plays them at times; other algorithms carry the setting and have no use for it."""
+    return config["algorithm"] in {"gsiirl", "paper"} and config.get("hypergradient") == "branches"
 
 
 def _algorithm(config: dict[str, Any]) -> str:
