@@ -39,10 +39,11 @@ def make(**changes) -> ContinuousGSIIRL:
         "trajectories": 6,
         "optimiser": optax.sgd(0.01),
         "solver_steps": 2,
-        "response_steps": 2,
+        "model_response_steps": 2,
         "remembered": 3,
         "compared": 4,
         "lower_level": "played",
+        "exploration": "own_reward",
     }
     return ContinuousGSIIRL(**(settings | changes))
 
@@ -141,16 +142,31 @@ def test_the_commitment_is_the_fit_for_one_period_and_moves_along_the_perturbati
         np.testing.assert_allclose(np.abs(moved), np.abs(moved).max(), rtol=1e-3)
 
 
-def test_every_third_interaction_plays_a_branch_and_the_two_take_turns(lived):
-    learner, states, _ = lived
-    for count, branch in ((0, None), (1, None), (2, 0), (3, None), (4, None), (5, 1)):
+@pytest.mark.parametrize(("exploration", "played"), [("own_reward", (2, 2)), ("branches", (0, 1))])
+def test_every_third_interaction_explores(lived, exploration, played):
+    _, states, _ = lived
+    learner = make(exploration=exploration)
+    for count in range(6):
         at = jax.tree.map(lambda leaf: leaf[0, -1], states)
         at = eqx.tree_at(lambda one: one.memory.count, at, jnp.asarray(count, jnp.int32))
         expected = learner.policy(at)
-        if branch is not None:
-            expected = jax.tree.map(lambda leaf, one=branch: leaf[one], at.hypergradient.solutions.learner.policy)
+        if count % 3 == 2:
+            models = at.hypergradient.solutions.learner.policy
+            expected = jax.tree.map(lambda leaf, one=played[count // 3]: leaf[one], models)
         for found, wanted in zip(jax.tree.leaves(learner.propose(at)), jax.tree.leaves(expected), strict=True):
             np.testing.assert_array_equal(found, wanted)
+
+
+def test_the_model_that_acts_for_the_own_reward_alone_goes_on_when_the_twins_begin_anew(lived):
+    _, states, _ = lived
+    weights = np.asarray(jax.tree.leaves(states.hypergradient.solutions.learner.policy)[0][0])
+    model = np.asarray(jax.tree.leaves(states.solution.learner.policy)[0][0])
+    # A period ends with iterations 1 and 3, before the pair moves on.
+    for iteration in (1, 3):
+        np.testing.assert_array_equal(weights[iteration, 0], model[iteration - 1])
+        np.testing.assert_array_equal(weights[iteration, 1], model[iteration - 1])
+        assert np.abs(weights[iteration, 2] - model[iteration - 1]).max() > 0
+    assert np.abs(np.diff(weights[:, 2], axis=0)).max(axis=tuple(range(1, weights.ndim - 1))).min() > 0
 
 
 def test_settling_moves_the_policies_and_nothing_that_was_learned(lived):
@@ -184,7 +200,7 @@ def test_vmapped_seeds_equal_looped_seeds(lived):
 
 @pytest.mark.slow
 def test_a_modelled_expert_that_matches_leaves_the_parameters_where_they_are():
-    learner = make(regularisation=0.0, response_steps=0)
+    learner = make(regularisation=0.0, model_response_steps=0)
     state = learner.init(jax.random.key(0))
     # The memory of a new learner is the modelled expert itself, so that there is nothing to learn from it.
     starts = first_states(jax.tree.map(lambda leaf: leaf[0], state.memory.kept.demonstrations))

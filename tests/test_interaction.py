@@ -58,9 +58,8 @@ class Simpleton:
         return Trajectories(jnp.asarray(states), actions, jnp.ones((number, horizon), bool))
 
 
-@pytest.mark.parametrize(
-    ("response", "interactions"), [("well_specified", 1), pytest.param("measured", 3, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("response", "interactions"), [("well_specified", 1), ("measured", 3)])
 def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(
     problem, monkeypatch, response, interactions
 ):

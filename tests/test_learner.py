@@ -159,9 +159,8 @@ def one_update(learner: GSIIRL, state: GSIIRLState, interaction: Interaction) ->
     return eqx.filter_jit(learner.update)(state, interaction, jax.random.key(7))
 
 
-@pytest.mark.parametrize(
-    ("lower_level", "response"), [("equilibrium", "frozen"), pytest.param("played", "measured", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("lower_level", "response"), [("equilibrium", "frozen"), ("played", "measured")])
 def test_exact_estimators_lead_to_the_same_state(problem, lower_level, response):
     bilevel = dataclasses.replace(problem.learner.bilevel, lower_level=lower_level)
     after = []
@@ -214,6 +213,7 @@ def build_paper(problem: SecurityProblem) -> GSIIRL:
     return GSIIRL.paper(problem.learner.bilevel, iterations=ITERATIONS, smoothness=60.0)
 
 
+@pytest.mark.slow
 def test_the_papers_preset_takes_the_papers_steps_on_the_newest_demonstrations_alone(problem):
     paper = build_paper(problem)
     first = paper.init(jax.random.key(0))

@@ -2,20 +2,36 @@
 
 import equinox as eqx
 import jax
-from jaxtyping import PRNGKeyArray
+import jax.numpy as jnp
+from jaxtyping import Array, Int, PRNGKeyArray
 
-from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from, mean_return
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.types import Sides, Transition
+
+POLICIES = 2
+"""That an expert practises: ascent from one start alone can get stuck."""
+
+
+class Habits(eqx.Module):
+    """The policies that an expert has practised, along a leading axis, and which of them is the best for it."""
+
+    practised: Ascent
+    best: Int[Array, ""]
+
+    @property
+    def policy(self) -> PolicyNetwork:
+        """The policy that the expert plays."""
+        return jax.tree.map(lambda leaf: leaf[self.best], self.practised.policy)
 
 
 class ContinuousRespondingExpert(eqx.Module):
     """An expert that plays a best response to the policy that the learner plays, found by its own gradient ascent.
 
-    It alone holds the true expert reward. Its policy is its own state, an `Ascent`, passed in and out: from one
-    interaction to the next it starts from its habits and takes `steps` steps. Its first habits are its answer to the
-    learner's first policy, after `first_steps` steps: who has not learned yet what is good for it shows nothing of what
-    it wants.
+    It alone holds the true expert reward. From one interaction to the next it starts from its habits, which are passed
+    in and out: `POLICIES` policies, each of which takes `steps` steps; it plays the one that earns it most. Its first
+    habits are its answers to the learner's first policy, after `first_steps` steps: who has not learned yet what is
+    good for it shows nothing of what it wants.
     """
 
     solver: Pathwise
@@ -23,23 +39,35 @@ class ContinuousRespondingExpert(eqx.Module):
     steps: int = eqx.field(static=True)
     first_steps: int = eqx.field(static=True)
 
-    def init(self, key: PRNGKeyArray, learner_policy: PolicyNetwork) -> Ascent:
+    def init(self, key: PRNGKeyArray, learner_policy: PolicyNetwork) -> Habits:
         """An expert that has got used to `learner_policy` from nothing."""
         start_key, response_key = jax.random.split(key)
-        fresh = self.solver.init(start_key).expert
-        return self.solver.respond(learner_policy, self.reward, fresh, response_key, self.first_steps)
+        fresh = jax.vmap(lambda one: self.solver.init(one).expert)(jax.random.split(start_key, POLICIES))
+        return self._practised(fresh, learner_policy, response_key, self.first_steps)
 
-    def adapt(self, habits: Ascent, learner_policy: PolicyNetwork, key: PRNGKeyArray) -> Ascent:
-        """Its policy after it has got used to `learner_policy`."""
-        return self.solver.respond(learner_policy, self.reward, habits, key, self.steps)
+    def adapt(self, habits: Habits, learner_policy: PolicyNetwork, key: PRNGKeyArray) -> Habits:
+        """Its habits after it has got used to `learner_policy`."""
+        return self._practised(habits.practised, learner_policy, key, self.steps)
 
     def demonstrate(
-        self, habits: Ascent, learner_policy: PolicyNetwork, number: int, key: PRNGKeyArray
-    ) -> tuple[Ascent, Transition]:
-        """Its policy once it is used to `learner_policy`, and `number` episodes of both (axes d, T)."""
+        self, habits: Habits, learner_policy: PolicyNetwork, number: int, key: PRNGKeyArray
+    ) -> tuple[Habits, Transition]:
+        """Its habits once it is used to `learner_policy`, and `number` episodes of both (axes d, T)."""
         adapt_key, start_key = jax.random.split(key)
         adapted = self.adapt(habits, learner_policy, adapt_key)
         game = self.solver.game
         starts = jax.vmap(game.reset)(jax.random.split(start_key, number))
         policies = Sides(learner_policy, adapted.policy)
         return adapted, episodes_from(game, policies, starts)
+
+    def _practised(self, before: Ascent, learner_policy: PolicyNetwork, key: PRNGKeyArray, steps: int) -> Habits:
+        practice_key, trial_key = jax.random.split(key)
+        starts = self.solver.starts(trial_key)
+
+        def one(start: Ascent) -> tuple[Ascent, Array]:
+            after = self.solver.respond(learner_policy, self.reward, start, practice_key, steps)
+            episodes = episodes_from(self.solver.game, Sides(learner_policy, after.policy), starts)
+            return after, mean_return(self.reward, episodes, self.solver.discount)
+
+        practised, worth = jax.vmap(one)(before)
+        return Habits(practised, jnp.argmax(worth))

@@ -11,8 +11,10 @@ For k = 0, …, K − 1, with the forward model a pair of networks π(k) that go
 Deterministic policies have no likelihood: Lemma 1's gradient is then that of feature matching, with
 μ(π) = E[Σ_t γ^t ∇_θ r^θ] in units of `expert_reward.scale`. π' is by `lower_level`
 
-* `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction; each
-  response is a network that gets used to π_l, and then takes one step of ascent for each step of θ_e.
+* `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction. In every
+  iteration each response starts anew from the forward model's expert, gets used to π_l, and then takes one step of
+  ascent for each step of θ_e. (Kept from one iteration to the next it would go on as an earlier θ_e had it, wherever
+  the present one hardly cares.)
 * `equilibrium` (the paper's line 6): the forward model, for the newest demonstrations.
 
 A policy network needs many steps to settle, so that what a change of θ_l is worth shows late: at first it only costs,
@@ -20,11 +22,19 @@ since π_l leaves its best response before the expert has moved. `TwinBranches` 
 at θ_l ± pΔ, that go on beside π(k) for `period` iterations; then f at them gives a step along Δ, and they start anew
 with another Δ. For the first `period` iterations θ_l is the r_ld fitted to the values read.
 
+An expert that is only ever met by the policy that the model holds for best need never show that it would answer another
+one otherwise than the model says. In every third interaction the learner therefore plays, by `exploration`
+
+* `branches`: the policy of one of the two, in turns;
+* `own_reward`: that of a third forward model beside them, at θ_l = 0. It acts for r_li alone, neither spares the expert
+  nor hides from it, and sees what the expert makes of that.
+
 μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so what is left of the
 difference is how the modelled expert differs from the real one, and not which episodes were drawn.
 """
 
-from typing import Any
+from functools import partial
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -50,15 +60,17 @@ from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransition
 from gsiirl.types import Sides, Transition
 
 EXPLORING_EVERY = 3
-"""One of as many interactions is a branch's."""
+"""One of as many interactions is played to see more."""
+
+Exploration = Literal["branches", "own_reward"]
+"""What is played in it."""
 
 
 class Lived(eqx.Module):
-    """One interaction: the policy played, what was seen (axes d, T), and the modelled expert's response to it."""
+    """One interaction: the policy played, and what was seen (axes d, T)."""
 
     learner_policy: PolicyNetwork
     demonstrations: Transition
-    response: Ascent
 
 
 class TwinBranches(eqx.Module):
@@ -69,7 +81,7 @@ class TwinBranches(eqx.Module):
 
 
 class Branches(eqx.Module):
-    """The forward models at θ_l + pΔ and θ_l − pΔ, along a leading axis, and Δ ∈ {−1, 1}^n."""
+    """The forward models at θ_l + pΔ, at θ_l − pΔ and, to explore by, at 0, along a leading axis; and Δ ∈ {−1, 1}^n."""
 
     direction: Float[Array, " n"]
     solutions: Sides[Ascent]
@@ -94,9 +106,9 @@ class ContinuousState(eqx.Module):
 class ContinuousGSIIRL(eqx.Module):
     """GSIIRL in a continuous game.
 
-    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, in
+    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over the last `remembered`, in
     every step over another `compared` of the episodes of each. The modelled expert gets used to what was played for
-    `response_steps` steps before it is compared.
+    `model_response_steps` steps before it is compared.
     """
 
     solver: Pathwise
@@ -110,10 +122,11 @@ class ContinuousGSIIRL(eqx.Module):
     trajectories: int = eqx.field(static=True)
     optimiser: optax.GradientTransformation = eqx.field(static=True)
     solver_steps: int = eqx.field(static=True)
-    response_steps: int = eqx.field(static=True)
+    model_response_steps: int = eqx.field(static=True)
     remembered: int = eqx.field(static=True)
     compared: int = eqx.field(static=True)
     lower_level: LowerLevel = eqx.field(static=True)
+    exploration: Exploration = eqx.field(static=True)
 
     def init(self, key: PRNGKeyArray) -> ContinuousState:
         """Random parameters in the unit ball, and random policies."""
@@ -127,11 +140,13 @@ class ContinuousGSIIRL(eqx.Module):
             commitment=commitment,
             expert_parameters=expert_parameters,
             solution=solution,
-            memory=Memory.empty(self.remembered, Lived(solution.learner.policy, episodes, solution.expert)),
+            memory=Memory.empty(self.remembered, Lived(solution.learner.policy, episodes)),
             accessed=LeastSquares.empty(commitment.shape[0], commitment.dtype),
             upper_optimiser=self.optimiser.init(commitment),
             lower_optimiser=self.inner_loop.optimiser.init(expert_parameters),
-            hypergradient=Branches(jnp.ones_like(commitment), twins(solution))
+            hypergradient=Branches(
+                jnp.ones_like(commitment), repeated(solution, 3 if self.exploration == "own_reward" else 2)
+            )
             if isinstance(self.hypergradient, TwinBranches)
             else self.hypergradient.init(expert_parameters),
         )
@@ -141,31 +156,23 @@ class ContinuousGSIIRL(eqx.Module):
         return state.solution.learner.policy
 
     def propose(self, state: ContinuousState) -> PolicyNetwork:
-        """The policy that the learner wants to play next: its own, or in every third interaction a branch's.
-
-        An expert that is only ever met by the policy that the model holds for best need never show that it would
-        answer another one otherwise than the model says.
-        """
+        """The policy that the learner wants to play next: its own, or in every third interaction one to see more."""
         own = self.policy(state)
         if not isinstance(self.hypergradient, TwinBranches):
             return own
-        played, branches = state.memory.count, state.hypergradient.solutions.learner.policy
-        branch = jax.tree.map(lambda leaf: leaf[played // EXPLORING_EVERY % 2], branches)
-        return chosen(played % EXPLORING_EVERY == EXPLORING_EVERY - 1, branch, own)
+        played, models = state.memory.count, state.hypergradient.solutions.learner.policy
+        shown = 2 if self.exploration == "own_reward" else played // EXPLORING_EVERY % 2
+        exploring = jax.tree.map(lambda leaf: leaf[shown], models)
+        return chosen(played % EXPLORING_EVERY == EXPLORING_EVERY - 1, exploring, own)
 
     def update(
         self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray
     ) -> ContinuousState:
         """One iteration of learning from one interaction; the expert's reward is not among what is passed."""
-        memory_key, response_key, lower_key, upper_key, forward_key = jax.random.split(key, 5)
+        lower_key, upper_key, forward_key = jax.random.split(key, 3)
         iteration = state.memory.count
-        response = state.solution.expert
-        if self.lower_level == "played":
-            # The modelled expert gets used to what was played for as long as the real one.
-            modelled = self.rewards(state.commitment, state.expert_parameters).expert
-            response = self.solver.respond(learner_policy, modelled, response, response_key, self.response_steps)
-        memory = state.memory.remember(memory_key, Lived(learner_policy, demonstrations, response))
-        expert_parameters, lower_optimiser, memory = self._lower(state, memory, lower_key, iteration)
+        memory = state.memory.remember_latest(Lived(learner_policy, demonstrations))
+        expert_parameters, lower_optimiser = self._lower(state, memory, lower_key, iteration)
         accessed = self._read(state.accessed, demonstrations)
         fitted = accessed.solve(self.regularisation)
         if isinstance(self.hypergradient, TwinBranches):
@@ -230,48 +237,50 @@ class ContinuousGSIIRL(eqx.Module):
         """θ_l, the optimiser's state and the branches after this iteration; θ_l moves where a period ends."""
         ascent_key, direction_key = jax.random.split(key)
         branches: Branches = state.hypergradient
-        offsets = settings.perturbation * jnp.stack([branches.direction, -branches.direction])
+        offset = settings.perturbation * branches.direction
+        commitments = jnp.stack([state.commitment + offset, state.commitment - offset])
+        if self.exploration == "own_reward":
+            commitments = jnp.concatenate([commitments, jnp.zeros_like(offset)[None]])
 
-        def on(solution: Sides[Ascent], offset: Array) -> tuple[Sides[Ascent], Array]:
-            # The same key for both: what differs between them is θ_l alone.
-            after, _ = self._ascend(solution, state.commitment + offset, expert_parameters, ascent_key)
+        def on(solution: Sides[Ascent], commitment: Array) -> tuple[Sides[Ascent], Array]:
+            # The same key for all: what differs between them is θ_l alone.
+            after, _ = self._ascend(solution, commitment, expert_parameters, ascent_key)
             episodes = episodes_from(self.solver.game, policies_of(after), first_states(demonstrations))
             honest = self.rewards(fitted, expert_parameters).learner
             return after, mean_return(honest, episodes, self.solver.discount)
 
-        solutions, values = jax.vmap(on)(branches.solutions, offsets)
+        solutions, values = jax.vmap(on)(branches.solutions, commitments)
         slope = (values[0] - values[1]) / (2.0 * settings.perturbation)
         stepped = self._stepped(state, slope * branches.direction)
         first, ends = iteration < settings.period, (iteration + 1) % settings.period == 0
         commitment, optimiser = chosen(ends & ~first, stepped, (state.commitment, state.upper_optimiser))
         direction = jax.random.rademacher(direction_key, branches.direction.shape, branches.direction.dtype)
-        renewed = Branches(direction, twins(state.solution))
+        begun = jax.tree.map(lambda old, new: old.at[:2].set(new), solutions, state.solution)
+        renewed = Branches(direction, begun)
         kept = Branches(branches.direction, solutions)
         return jnp.where(first, fitted, commitment), optimiser, chosen(ends, renewed, kept)
 
     def _lower(
         self, state: ContinuousState, memory: Memory[Lived], key: PRNGKeyArray, iteration: Int[Array, ""]
-    ) -> tuple[Array, optax.OptState, Memory[Lived]]:
-        """t_k steps of θ_e, together with the responses (`played`) or the forward model (`equilibrium`)."""
-        carry = (state.expert_parameters, state.lower_optimiser)
+    ) -> tuple[Array, optax.OptState]:
+        """θ_e and its optimiser's state after t_k steps, with what is compared going on beside it."""
+        fitting = (state.expert_parameters, state.lower_optimiser)
         if self.lower_level == "equilibrium":
+            newest = jax.tree.map(lambda leaf: leaf[0], memory.kept.demonstrations)
 
             def one_step(number: Array, carry: tuple[Any, Sides[Ascent]]) -> tuple[Any, Sides[Ascent]]:
                 (theta, optimiser), solution = carry
                 solution, _ = self._ascend(solution, state.commitment, theta, jax.random.fold_in(key, number))
-                newest = jax.tree.map(lambda leaf: leaf[0], memory.kept.demonstrations)
                 gap = self._gap(
                     theta, episodes_from(self.solver.game, policies_of(solution), first_states(newest)), newest
                 )
-                gradient = gap + self.regularisation * theta
-                return self.inner_loop.step(gradient, theta, optimiser), solution
+                return self._fitted(gap, theta, optimiser), solution
 
-            (theta, optimiser), _ = jax.lax.fori_loop(
-                0, self.inner_loop.steps(iteration), one_step, (carry, state.solution)
-            )
-            return theta, optimiser, memory
+            return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_step, (fitting, state.solution))[0]
 
-        def one_played_step(number: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
+        def one_played_step(
+            number: Array, carry: tuple[Any, Ascent], *, getting_used: bool = False
+        ) -> tuple[Any, Ascent]:
             (theta, optimiser), responses = carry
             draw = jax.random.fold_in(key, number)
             looked_at = jax.random.choice(draw, self.trajectories, (self.compared,), replace=False)
@@ -281,14 +290,17 @@ class ContinuousGSIIRL(eqx.Module):
                 return self._respond(theta, lived.learner_policy, seen, response)
 
             gaps, responses = jax.vmap(one)(memory.kept, responses)
-            gradient = jnp.mean(gaps, axis=0, where=memory.filled[:, None]) + self.regularisation * theta
-            return self.inner_loop.step(gradient, theta, optimiser), responses
+            gap = jnp.mean(gaps, axis=0, where=memory.filled[:, None])
+            return (theta, optimiser) if getting_used else self._fitted(gap, theta, optimiser), responses
 
-        (theta, optimiser), responses = jax.lax.fori_loop(
-            0, self.inner_loop.steps(iteration), one_played_step, (carry, memory.kept.response)
-        )
-        kept = Lived(memory.kept.learner_policy, memory.kept.demonstrations, responses)
-        return theta, optimiser, Memory(kept, memory.count)
+        start = (fitting, repeated(state.solution.expert, self.remembered))
+        get_used = partial(one_played_step, getting_used=True)
+        used = jax.lax.fori_loop(-self.model_response_steps, 0, get_used, start)
+        return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_played_step, used)[0]
+
+    def _fitted(self, gap: Array, theta: Array, optimiser: optax.OptState) -> tuple[Array, optax.OptState]:
+        """θ_e and its optimiser's state after one step along the gap and the regularisation."""
+        return self.inner_loop.step(gap + self.regularisation * theta, theta, optimiser)
 
     def _respond(
         self, theta: Array, learner_policy: PolicyNetwork, demonstrations: Transition, response: Ascent
@@ -331,9 +343,9 @@ class ContinuousGSIIRL(eqx.Module):
         return BilevelProblem(evaluate=evaluate, regularisation=self.regularisation)
 
 
-def twins(solution: Sides[Ascent]) -> Sides[Ascent]:
-    """The same pair twice, along a leading axis."""
-    return jax.tree.map(lambda leaf: jnp.stack([leaf, leaf]), solution)
+def repeated(tree: PyTree, number: int) -> PyTree:
+    """The same `number` times, along a leading axis."""
+    return jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (number, *leaf.shape)), tree)
 
 
 def chosen(condition: Bool[Array, ""], one: PyTree, other: PyTree) -> PyTree:

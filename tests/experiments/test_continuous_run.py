@@ -25,6 +25,7 @@ TINY: dict[str, Any] = {
     "batch": 4,
     "solver_steps": 2,
     "response_steps": 2,
+    "model_response_steps": 2,
     "settling_steps": 2,
     "training_steps": 4,
     "maddpg_episodes": 1,

@@ -42,6 +42,20 @@ def test_what_is_there_is_gone_on_with_and_the_rest_begun(done, tmp_path):
     assert done == [("run", first.folder), ("resume", first.folder), ("run", second.folder)]
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_is_finished_is_left_alone(done, tmp_path, monkeypatch, jobs: int):
+    [each, _] = planned(tmp_path)
+    folder = RunFolder.create(each.folder, config_to_dict(each.config.resolved()), {"name": "none"})
+    folder.write_summary({"completed": True, "failed_seeds": []})
+
+    def no_process(*_: object, **__: object) -> None:
+        raise AssertionError("a process was started for a run that is finished")
+
+    monkeypatch.setattr(multiprocessing.get_context("spawn"), "Process", no_process)
+    carry_out([each], jobs)
+    assert done == []
+
+
 @pytest.mark.parametrize("left", [[], ["game.json.aside"], ["game.json", "config.json.aside"]])
 def test_a_folder_cut_before_it_was_a_run_is_begun_anew(done, tmp_path, left: list[str]):
     [each, _] = planned(tmp_path)

@@ -41,6 +41,7 @@ def test_a_run_leaves_every_file_of_a_run_folder(finished):
     assert metrics["iteration"].to_list() == [*range(11)] * 2
 
 
+@pytest.mark.slow
 def test_the_same_run_again_gives_identical_bytes_and_leaves_jaxs_switches_as_they_were(finished, tmp_path):
     with jax.enable_x64(False):
         runner.run(tiny_config(), tmp_path / "again")

@@ -58,6 +58,8 @@ class ContinuousConfig:
     step_decay: float = Field(default=20.0, gt=0)
     """Iterations k after which the lower level's step is halved: it is 1 / (1 + k / step_decay) of the first (not in
     paper)."""
+    square_decay: float = Field(default=0.999, ge=0, lt=1)
+    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2)."""
     step_size: float = Field(default=0.02, gt=0)
     """Step of the upper level on the gradient of the learner's return, clipped to norm 1, in the unit ball (not in
     paper)."""
@@ -66,12 +68,15 @@ class ContinuousConfig:
     smoothness: float = Field(default=10.0, gt=0)
     """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
     remembered: int | None = Field(default=None, ge=1)
-    """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
+    """The last interactions (policy played, demonstrations) that the lower level averages over;
     default 16 (paper 1)."""
     compared: int = Field(default=25, ge=1)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
     settling_steps: int = Field(default=0, ge=0)
     """Steps of the forward model at the last rewards, with fresh optimisers, before its policy is the final one."""
+    exploration: Literal["branches", "own_reward"] = "branches"
+    """What every third interaction plays, to see more, with `branches` as the hypergradient: a branch's policy, or one
+    that acts for the learner's own reward alone."""
     perturbation: float | None = Field(default=None, gt=0)
     """First perturbation of the commitment in the unit ball; default 0.1 (paper 1)."""
     batch: int = Field(default=64, ge=1)
@@ -85,7 +90,10 @@ class ContinuousConfig:
     solver_steps: int = Field(default=20, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
     response_steps: int = Field(default=100, ge=1)
-    """Steps that the real expert takes towards its best response in each interaction, from its policy of the last."""
+    """Steps that the real expert takes towards its best response in each interaction, from its policies of the last."""
+    model_response_steps: int = Field(default=50, ge=0)
+    """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
+    each remembered policy, before it is compared."""
     training_steps: int = Field(default=1000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     maddpg_episodes: int = Field(default=800, ge=1)

@@ -9,7 +9,7 @@ import optax
 from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
-from gsiirl.continuous_expert import ContinuousRespondingExpert
+from gsiirl.continuous_expert import ContinuousRespondingExpert, Habits
 from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, TwinBranches
 from gsiirl.equilibria.maddpg import Maddpg, MaddpgState
 from gsiirl.equilibria.pathwise import Ascent, episodes_from, policies_of
@@ -77,13 +77,13 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             "expert_trajectories": (state.memory.count * config.trajectories).astype(jnp.float32),
         }
 
-    def init(key: PRNGKeyArray) -> tuple[ContinuousState, Ascent]:
+    def init(key: PRNGKeyArray) -> tuple[ContinuousState, Habits]:
         learner_key, expert_key = jax.random.split(key)
         state = learner.init(learner_key)
         return state, expert.init(expert_key, learner.propose(state))
 
     def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
-        def one_iteration(carry: tuple[ContinuousState, Ascent], offset: Array) -> tuple[PyTree, Record]:
+        def one_iteration(carry: tuple[ContinuousState, Habits], offset: Array) -> tuple[PyTree, Record]:
             state, habits = carry
             demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first + offset))
             played = learner.propose(state)
@@ -93,9 +93,10 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
-    def finish(carry: tuple[ContinuousState, Ascent], key: PRNGKeyArray) -> Ending:
+    def finish(carry: tuple[ContinuousState, Habits], key: PRNGKeyArray) -> Ending:
         state, habits = carry
-        state = learner.settle(state, judge.trainer, key, config.settling_steps)
+        if config.settling_steps:
+            state = learner.settle(state, judge.trainer, key, config.settling_steps)
         answer = judge.best_response(policies_of(state.solution), habits.policy, key)
         learned = {
             "expert_reward": state.expert_parameters,
@@ -143,10 +144,11 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         trajectories=config.trajectories,
         optimiser=outer,
         solver_steps=config.solver_steps,
-        response_steps=config.response_steps,
+        model_response_steps=config.model_response_steps,
         remembered=config.remembered or 1,
         compared=min(config.compared, config.trajectories),
         lower_level="equilibrium" if config.algorithm == "paper" else "played",
+        exploration=config.exploration,
     )
 
 
@@ -157,7 +159,7 @@ def _matching(config: ContinuousConfig) -> optax.GradientTransformation:
     """
     # The steps of one iteration count as one: the rate falls with the iterations.
     decay = config.step_decay * config.inner_steps
-    return optax.adam(lambda step: config.inner_step_size / (1.0 + step / decay), eps=SMALL_GAP)
+    return optax.adam(lambda step: config.inner_step_size / (1.0 + step / decay), b2=config.square_decay, eps=SMALL_GAP)
 
 
 def _hypergradient(config: ContinuousConfig) -> AbstractEstimator | TwinBranches:

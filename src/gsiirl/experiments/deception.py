@@ -23,10 +23,18 @@ class DeceptionConfig(ContinuousConfig):
     """Steps that the solver's expert takes for each of the learner's."""
     learning_rate: float = Field(default=5e-3, gt=0)
     """Adam's first step on the policy networks; it falls to a tenth, and in training at once to a fiftieth."""
+    exploration: Literal["branches", "own_reward"] = "own_reward"
+    """What every third interaction plays, to see more, with `branches` as the hypergradient: a branch's policy, or one
+    that acts for the learner's own reward alone."""
+    square_decay: float = Field(default=0.99, ge=0, lt=1)
+    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2)."""
     solver_steps: int = Field(default=60, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
     response_steps: int = Field(default=200, ge=1)
-    """Steps that the real expert takes towards its best response in each interaction, from its policy of the last."""
+    """Steps that the real expert takes towards its best response in each interaction, from its policies of the last."""
+    model_response_steps: int = Field(default=100, ge=0)
+    """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
+    each remembered policy, before it is compared."""
     training_steps: int = Field(default=5000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     variant: Literal["mpe", "separate_target"] = "mpe"

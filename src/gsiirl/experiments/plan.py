@@ -46,14 +46,15 @@ def carry_out(planned: Sequence[PlannedRun], jobs: int = 1) -> None:
         InputError: see `check_folders`, and `runner.run`; runs after the one concerned are not begun.
     """
     check_folders(planned)
-    if jobs > 1:
+    unfinished = [each for each in planned if not _is_finished(each.folder)]
+    if jobs > 1 and unfinished:
         from gsiirl.experiments.side_by_side import do_side_by_side
 
-        do_side_by_side(planned, jobs)
+        do_side_by_side(unfinished, jobs)
         return
     import jax
 
-    for each in planned:
+    for each in unfinished:
         do(each)
         # A plan has many programs, and none is used by two runs.
         jax.clear_caches()
@@ -75,6 +76,10 @@ def failed_seeds(planned: Sequence[PlannedRun]) -> dict[Path, list[int]]:
     """The seeds that failed, of every finished run in which any did."""
     summaries = {folder: RunFolder.open(folder).summary() for folder, _ in planned}
     return {folder: each["failed_seeds"] for folder, each in summaries.items() if each and each["failed_seeds"]}
+
+
+def _is_finished(folder: Path) -> bool:
+    return RunFolder.is_at(folder) and RunFolder.open(folder).is_finished()
 
 
 def _names_in(folder: Path) -> set[str]:

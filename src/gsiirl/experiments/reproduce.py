@@ -26,6 +26,7 @@ QUICK_CONTINUOUS = {
     "iterations": 10,
     "first_inner_steps": 100,
     "response_steps": 50,
+    "model_response_steps": 20,
     "training_steps": 200,
     "evaluation_episodes": 200,
     "maddpg_episodes": 40,

@@ -79,8 +79,8 @@ def _listen(each: Started, progress: rich.progress.Progress) -> bool:
 def _ended(each: Started) -> None:
     each.process.join()
     each.heard.close()
-    summary = RunFolder.open(each.run.folder).summary() if RunFolder.is_at(each.run.folder) else None
-    if each.process.exitcode or summary is None:
+    finished = RunFolder.is_at(each.run.folder) and RunFolder.open(each.run.folder).is_finished()
+    if each.process.exitcode or not finished:
         raise RuntimeError(f"{each.run.folder}: its process ended with status {each.process.exitcode}")
 
 

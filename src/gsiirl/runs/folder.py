@@ -139,6 +139,11 @@ class RunFolder:
         path = self.path / "summary.json"
         return read_versioned_json(path, MEND) if path.exists() else None
 
+    def is_finished(self) -> bool:
+        """Whether the run has ended, so that there is nothing to go on with."""
+        summary = self.summary()
+        return summary is not None and summary["completed"]
+
     def write_evaluation(self, simulator: str, evaluation: dict[str, Any]) -> None:
         """Write `evaluation-SIMULATOR.json`: what the final policies earn in another implementation of the game."""
         write_json(self.path / f"evaluation-{simulator}.json", versioned(evaluation))
