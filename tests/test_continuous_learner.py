@@ -43,7 +43,8 @@ def make(**changes) -> ContinuousGSIIRL:
         "remembered": 3,
         "compared": 4,
         "lower_level": "played",
-        "exploration": "own_reward",
+        "remembering": "latest",
+        "exploring": True,
     }
     return ContinuousGSIIRL(**(settings | changes))
 
@@ -142,17 +143,16 @@ def test_the_commitment_is_the_fit_for_one_period_and_moves_along_the_perturbati
         np.testing.assert_allclose(np.abs(moved), np.abs(moved).max(), rtol=1e-3)
 
 
-@pytest.mark.parametrize(("exploration", "played"), [("own_reward", (2, 2)), ("branches", (0, 1))])
-def test_every_third_interaction_explores(lived, exploration, played):
+@pytest.mark.parametrize("exploring", [False, True])
+def test_who_explores_acts_for_the_own_reward_alone_in_every_third_interaction(lived, exploring):
     _, states, _ = lived
-    learner = make(exploration=exploration)
+    learner = make(exploring=exploring)
     for count in range(6):
         at = jax.tree.map(lambda leaf: leaf[0, -1], states)
         at = eqx.tree_at(lambda one: one.memory.count, at, jnp.asarray(count, jnp.int32))
         expected = learner.policy(at)
-        if count % 3 == 2:
-            models = at.hypergradient.solutions.learner.policy
-            expected = jax.tree.map(lambda leaf, one=played[count // 3]: leaf[one], models)
+        if exploring and count % 3 == 2:
+            expected = jax.tree.map(lambda leaf: leaf[2], at.hypergradient.solutions.learner.policy)
         for found, wanted in zip(jax.tree.leaves(learner.propose(at)), jax.tree.leaves(expected), strict=True):
             np.testing.assert_array_equal(found, wanted)
 

@@ -23,17 +23,14 @@ at θ_l ± pΔ, that go on beside π(k) for `period` iterations; then f at them 
 with another Δ. For the first `period` iterations θ_l is the r_ld fitted to the values read.
 
 An expert that is only ever met by the policy that the model holds for best need never show that it would answer another
-one otherwise than the model says. In every third interaction the learner therefore plays, by `exploration`
-
-* `branches`: the policy of one of the two, in turns;
-* `own_reward`: that of a third forward model beside them, at θ_l = 0. It acts for r_li alone, neither spares the expert
-  nor hides from it, and sees what the expert makes of that.
+one otherwise than the model says. With `exploring` the learner plays, in every third interaction, the policy of a third
+forward model beside the branches, at θ_l = 0. It acts for r_li alone, neither spares the expert nor hides from it, and
+sees what the expert makes of that.
 
 μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so what is left of the
 difference is how the modelled expert differs from the real one, and not which episodes were drawn.
 """
 
-from functools import partial
 from typing import Any, Literal
 
 import equinox as eqx
@@ -60,10 +57,10 @@ from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransition
 from gsiirl.types import Sides, Transition
 
 EXPLORING_EVERY = 3
-"""One of as many interactions is played to see more."""
+"""One of as many interactions is played for r_li alone, where the learner explores."""
 
-Exploration = Literal["branches", "own_reward"]
-"""What is played in it."""
+Remembering = Literal["latest", "uniform"]
+"""Which interactions the lower level averages over: the latest, or a uniform sample of all with the newest in it."""
 
 
 class Lived(eqx.Module):
@@ -106,7 +103,7 @@ class ContinuousState(eqx.Module):
 class ContinuousGSIIRL(eqx.Module):
     """GSIIRL in a continuous game.
 
-    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over the last `remembered`, in
+    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, in
     every step over another `compared` of the episodes of each. The modelled expert gets used to what was played for
     `model_response_steps` steps before it is compared.
     """
@@ -126,7 +123,8 @@ class ContinuousGSIIRL(eqx.Module):
     remembered: int = eqx.field(static=True)
     compared: int = eqx.field(static=True)
     lower_level: LowerLevel = eqx.field(static=True)
-    exploration: Exploration = eqx.field(static=True)
+    remembering: Remembering = eqx.field(static=True)
+    exploring: bool = eqx.field(static=True)
 
     def init(self, key: PRNGKeyArray) -> ContinuousState:
         """Random parameters in the unit ball, and random policies."""
@@ -144,9 +142,7 @@ class ContinuousGSIIRL(eqx.Module):
             accessed=LeastSquares.empty(commitment.shape[0], commitment.dtype),
             upper_optimiser=self.optimiser.init(commitment),
             lower_optimiser=self.inner_loop.optimiser.init(expert_parameters),
-            hypergradient=Branches(
-                jnp.ones_like(commitment), repeated(solution, 3 if self.exploration == "own_reward" else 2)
-            )
+            hypergradient=Branches(jnp.ones_like(commitment), repeated(solution, 3 if self.exploring else 2))
             if isinstance(self.hypergradient, TwinBranches)
             else self.hypergradient.init(expert_parameters),
         )
@@ -156,22 +152,24 @@ class ContinuousGSIIRL(eqx.Module):
         return state.solution.learner.policy
 
     def propose(self, state: ContinuousState) -> PolicyNetwork:
-        """The policy that the learner wants to play next: its own, or in every third interaction one to see more."""
+        """The policy that the learner wants to play next: its own, or at times, if it explores, that for r_li alone."""
         own = self.policy(state)
-        if not isinstance(self.hypergradient, TwinBranches):
+        if not (self.exploring and isinstance(self.hypergradient, TwinBranches)):
             return own
-        played, models = state.memory.count, state.hypergradient.solutions.learner.policy
-        shown = 2 if self.exploration == "own_reward" else played // EXPLORING_EVERY % 2
-        exploring = jax.tree.map(lambda leaf: leaf[shown], models)
-        return chosen(played % EXPLORING_EVERY == EXPLORING_EVERY - 1, exploring, own)
+        alone = jax.tree.map(lambda leaf: leaf[2], state.hypergradient.solutions.learner.policy)
+        return chosen(state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1, alone, own)
 
     def update(
         self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray
     ) -> ContinuousState:
         """One iteration of learning from one interaction; the expert's reward is not among what is passed."""
-        lower_key, upper_key, forward_key = jax.random.split(key, 3)
+        memory_key, lower_key, upper_key, forward_key = jax.random.split(key, 4)
         iteration = state.memory.count
-        memory = state.memory.remember_latest(Lived(learner_policy, demonstrations))
+        newest = Lived(learner_policy, demonstrations)
+        if self.remembering == "latest":
+            memory = state.memory.remember_latest(newest)
+        else:
+            memory = state.memory.remember(memory_key, newest)
         expert_parameters, lower_optimiser = self._lower(state, memory, lower_key, iteration)
         accessed = self._read(state.accessed, demonstrations)
         fitted = accessed.solve(self.regularisation)
@@ -239,7 +237,7 @@ class ContinuousGSIIRL(eqx.Module):
         branches: Branches = state.hypergradient
         offset = settings.perturbation * branches.direction
         commitments = jnp.stack([state.commitment + offset, state.commitment - offset])
-        if self.exploration == "own_reward":
+        if self.exploring:
             commitments = jnp.concatenate([commitments, jnp.zeros_like(offset)[None]])
 
         def on(solution: Sides[Ascent], commitment: Array) -> tuple[Sides[Ascent], Array]:
@@ -278,11 +276,19 @@ class ContinuousGSIIRL(eqx.Module):
 
             return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_step, (fitting, state.solution))[0]
 
-        def one_played_step(
-            number: Array, carry: tuple[Any, Ascent], *, getting_used: bool = False
-        ) -> tuple[Any, Ascent]:
+        used_key, fit_key = jax.random.split(key)
+        modelled = self.rewards(state.commitment, state.expert_parameters).expert
+
+        def get_used(number: Array, responses: Ascent) -> Ascent:
+            draws = jax.random.split(jax.random.fold_in(used_key, number), self.compared)
+            starts = jax.vmap(self.solver.game.reset)(draws)
+            return jax.vmap(lambda played, response: self.solver.respond_from(starts, played, modelled, response))(
+                memory.kept.learner_policy, responses
+            )
+
+        def one_played_step(number: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
             (theta, optimiser), responses = carry
-            draw = jax.random.fold_in(key, number)
+            draw = jax.random.fold_in(fit_key, number)
             looked_at = jax.random.choice(draw, self.trajectories, (self.compared,), replace=False)
 
             def one(lived: Lived, response: Ascent) -> tuple[Array, Ascent]:
@@ -291,12 +297,11 @@ class ContinuousGSIIRL(eqx.Module):
 
             gaps, responses = jax.vmap(one)(memory.kept, responses)
             gap = jnp.mean(gaps, axis=0, where=memory.filled[:, None])
-            return (theta, optimiser) if getting_used else self._fitted(gap, theta, optimiser), responses
+            return self._fitted(gap, theta, optimiser), responses
 
-        start = (fitting, repeated(state.solution.expert, self.remembered))
-        get_used = partial(one_played_step, getting_used=True)
-        used = jax.lax.fori_loop(-self.model_response_steps, 0, get_used, start)
-        return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_played_step, used)[0]
+        unused = repeated(state.solution.expert, self.remembered)
+        responses = jax.lax.fori_loop(0, self.model_response_steps, get_used, unused)
+        return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_played_step, (fitting, responses))[0]
 
     def _fitted(self, gap: Array, theta: Array, optimiser: optax.OptState) -> tuple[Array, optax.OptState]:
         """θ_e and its optimiser's state after one step along the gap and the regularisation."""

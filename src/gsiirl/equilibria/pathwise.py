@@ -134,7 +134,7 @@ class Pathwise(eqx.Module):
         """`steps` steps of the expert alone towards its best response to `learner_policy` under `reward`."""
 
         def one_step(response: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
-            return self._respond_once(learner_policy, reward, response, self.starts(key)), None
+            return self.respond_from(self.starts(key), learner_policy, reward, response), None
 
         return jax.lax.scan(one_step, response, jax.random.split(key, steps))[0]
 
@@ -187,9 +187,11 @@ class Pathwise(eqx.Module):
     def _shake(self, key: PRNGKeyArray, actions: int) -> Float[Array, "T A"]:
         return jax.random.normal(key, (self.game.horizon, actions), jnp.float32)
 
-    def _respond_once(
-        self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, starts: PyTree
+    def respond_from(
+        self, starts: PyTree, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent
     ) -> Ascent:
+        """One step of `respond`, on episodes from these initial states."""
+
         def value(policy: PolicyNetwork) -> Array:
             return mean_return(reward, episodes_from(self.game, Sides(learner_policy, policy), starts), self.discount)
 

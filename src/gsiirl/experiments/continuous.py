@@ -68,15 +68,17 @@ class ContinuousConfig:
     smoothness: float = Field(default=10.0, gt=0)
     """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
     remembered: int | None = Field(default=None, ge=1)
-    """The last interactions (policy played, demonstrations) that the lower level averages over;
+    """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
     default 16 (paper 1)."""
+    remembering: Literal["latest", "uniform"] = "latest"
+    """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
     compared: int = Field(default=25, ge=1)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
     settling_steps: int = Field(default=0, ge=0)
     """Steps of the forward model at the last rewards, with fresh optimisers, before its policy is the final one."""
-    exploration: Literal["branches", "own_reward"] = "branches"
-    """What every third interaction plays, to see more, with `branches` as the hypergradient: a branch's policy, or one
-    that acts for the learner's own reward alone."""
+    exploring: bool = False
+    """With `branches` as the hypergradient: in every third interaction, to see more, play a policy that acts for the
+    learner's own reward alone."""
     perturbation: float | None = Field(default=None, gt=0)
     """First perturbation of the commitment in the unit ball; default 0.1 (paper 1)."""
     batch: int = Field(default=64, ge=1)

@@ -148,7 +148,8 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         remembered=config.remembered or 1,
         compared=min(config.compared, config.trajectories),
         lower_level="equilibrium" if config.algorithm == "paper" else "played",
-        exploration=config.exploration,
+        remembering=config.remembering,
+        exploring=config.exploring,
     )
 
 

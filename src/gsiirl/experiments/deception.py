@@ -23,9 +23,11 @@ class DeceptionConfig(ContinuousConfig):
     """Steps that the solver's expert takes for each of the learner's."""
     learning_rate: float = Field(default=5e-3, gt=0)
     """Adam's first step on the policy networks; it falls to a tenth, and in training at once to a fiftieth."""
-    exploration: Literal["branches", "own_reward"] = "own_reward"
-    """What every third interaction plays, to see more, with `branches` as the hypergradient: a branch's policy, or one
-    that acts for the learner's own reward alone."""
+    remembering: Literal["latest", "uniform"] = "uniform"
+    """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
+    exploring: bool = True
+    """With `branches` as the hypergradient: in every third interaction, to see more, play a policy that acts for the
+    learner's own reward alone."""
     square_decay: float = Field(default=0.99, ge=0, lt=1)
     """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2)."""
     solver_steps: int = Field(default=60, ge=1)

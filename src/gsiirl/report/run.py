@@ -130,8 +130,9 @@ class ReportedRun:
 
 
 def _explores(config: dict[str, Any]) -> bool:
-    """Whoever keeps branches plays them at times; other algorithms carry the setting and have no use for it."""
-    return config["algorithm"] in {"gsiirl", "paper"} and config.get("hypergradient") == "branches"
+    """Exploring takes branches; other algorithms carry the setting and have no use for it."""
+    learns = config["algorithm"] in {"gsiirl", "paper"} and config.get("hypergradient") == "branches"
+    return learns and bool(config.get("exploring"))
 
 
 def _algorithm(config: dict[str, Any]) -> str:
