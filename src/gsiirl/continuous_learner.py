@@ -20,7 +20,8 @@ Deterministic policies have no likelihood: Lemma 1's gradient is then that of fe
 A policy network needs many steps to settle, so that what a change of θ_l is worth shows late: at first it only costs,
 since π_l leaves its best response before the expert has moved. `TwinBranches` therefore keeps two more forward models,
 at θ_l ± pΔ, that go on beside π(k) for `period` iterations; then f at them gives a step along Δ, and they start anew
-with another Δ. For the first `period` iterations θ_l is the r_ld fitted to the values read.
+with another Δ. For the first `honest_iterations` θ_l is the r_ld fitted to the values read: while models still lose
+their way at times, what the two earn says little of Δ.
 
 An expert that is only ever met by the policy that the model holds for best need never show that it would answer another
 one otherwise than the model says. With `exploring` the learner plays, in every third interaction, the policy of a third
@@ -71,10 +72,14 @@ class Lived(eqx.Module):
 
 
 class TwinBranches(eqx.Module):
-    """∇f by simultaneous perturbation (Spall 1992), from forward models that stay perturbed for `period` iterations."""
+    """∇f by simultaneous perturbation (Spall 1992), from forward models that stay perturbed for `period` iterations.
+
+    In the first `honest_iterations` it is not followed.
+    """
 
     perturbation: float
     period: int = eqx.field(static=True)
+    honest_iterations: int = eqx.field(static=True)
 
 
 class Branches(eqx.Module):
@@ -104,8 +109,8 @@ class ContinuousGSIIRL(eqx.Module):
     """GSIIRL in a continuous game.
 
     `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, in
-    every step over another `compared` of the episodes of each. The modelled expert gets used to what was played for
-    `model_response_steps` steps before it is compared.
+    every step over another `compared` of the episodes of each; `remembering` says which these are. The modelled expert
+    gets used to what was played for `model_response_steps` steps, of as many new episodes, before it is compared.
     """
 
     solver: Pathwise
@@ -195,12 +200,6 @@ class ContinuousGSIIRL(eqx.Module):
             hypergradient=hypergradient,
         )
 
-    def settle(self, state: ContinuousState, solver: Pathwise, key: PRNGKeyArray, steps: int) -> ContinuousState:
-        """With the forward model `steps` steps of `solver` on, from where it is, at the parameters as they are."""
-        begun = solver.begin(policies_of(state.solution))
-        settled, _ = solver.ascend(begun, self.rewards(state.commitment, state.expert_parameters), key, steps)
-        return eqx.tree_at(lambda at: at.solution, state, settled)
-
     def fitted_dependent_reward(self, state: ContinuousState) -> Float[Array, " n"]:
         """Parameters of r_ld, by regularised least squares over the values read so far."""
         return state.accessed.solve(self.regularisation)
@@ -232,7 +231,10 @@ class ContinuousGSIIRL(eqx.Module):
         key: PRNGKeyArray,
         iteration: Int[Array, ""],
     ) -> tuple[Array, optax.OptState, Branches]:
-        """θ_l, the optimiser's state and the branches after this iteration; θ_l moves where a period ends."""
+        """θ_l, the optimiser's state and the branches after this iteration.
+
+        θ_l is the fit in the honest iterations; then it moves where a period ends.
+        """
         ascent_key, direction_key = jax.random.split(key)
         branches: Branches = state.hypergradient
         offset = settings.perturbation * branches.direction
@@ -250,13 +252,13 @@ class ContinuousGSIIRL(eqx.Module):
         solutions, values = jax.vmap(on)(branches.solutions, commitments)
         slope = (values[0] - values[1]) / (2.0 * settings.perturbation)
         stepped = self._stepped(state, slope * branches.direction)
-        first, ends = iteration < settings.period, (iteration + 1) % settings.period == 0
-        commitment, optimiser = chosen(ends & ~first, stepped, (state.commitment, state.upper_optimiser))
+        is_honest, ends = iteration < settings.honest_iterations, (iteration + 1) % settings.period == 0
+        commitment, optimiser = chosen(ends & ~is_honest, stepped, (state.commitment, state.upper_optimiser))
         direction = jax.random.rademacher(direction_key, branches.direction.shape, branches.direction.dtype)
         begun = jax.tree.map(lambda old, new: old.at[:2].set(new), solutions, state.solution)
         renewed = Branches(direction, begun)
         kept = Branches(branches.direction, solutions)
-        return jnp.where(first, fitted, commitment), optimiser, chosen(ends, renewed, kept)
+        return jnp.where(is_honest, fitted, commitment), optimiser, chosen(ends, renewed, kept)
 
     def _lower(
         self, state: ContinuousState, memory: Memory[Lived], key: PRNGKeyArray, iteration: Int[Array, ""]
@@ -282,7 +284,7 @@ class ContinuousGSIIRL(eqx.Module):
         def get_used(number: Array, responses: Ascent) -> Ascent:
             draws = jax.random.split(jax.random.fold_in(used_key, number), self.compared)
             starts = jax.vmap(self.solver.game.reset)(draws)
-            return jax.vmap(lambda played, response: self.solver.respond_from(starts, played, modelled, response))(
+            return jax.vmap(lambda played, response: self.solver.respond_once(played, modelled, response, starts))(
                 memory.kept.learner_policy, responses
             )
 
@@ -299,8 +301,8 @@ class ContinuousGSIIRL(eqx.Module):
             gap = jnp.mean(gaps, axis=0, where=memory.filled[:, None])
             return self._fitted(gap, theta, optimiser), responses
 
-        unused = repeated(state.solution.expert, self.remembered)
-        responses = jax.lax.fori_loop(0, self.model_response_steps, get_used, unused)
+        fresh = repeated(state.solution.expert, self.remembered)
+        responses = jax.lax.fori_loop(0, self.model_response_steps, get_used, fresh)
         return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_played_step, (fitting, responses))[0]
 
     def _fitted(self, gap: Array, theta: Array, optimiser: optax.OptState) -> tuple[Array, optax.OptState]:
@@ -349,7 +351,7 @@ class ContinuousGSIIRL(eqx.Module):
 
 
 def repeated(tree: PyTree, number: int) -> PyTree:
-    """The same `number` times, along a leading axis."""
+    """`number` copies, along a leading axis."""
     return jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (number, *leaf.shape)), tree)
 
 

@@ -78,12 +78,14 @@ def write_plane_run(
     iterations: int = 10,
     failed_seed: int | None = None,
     variant: str | None = None,
+    exploring: bool = True,
 ) -> RunFolder:
     """Write a made-up run; the failed seed's deployed return ends below random play's."""
     made_up = RETURNS[experiment]
     game = {**made_up.game, "variant": variant or made_up.game["variant"]}
     config = {"experiment": experiment, "algorithm": algorithm, "seeds": seeds, "iterations": iterations}
     config["hypergradient"] = "spsa" if algorithm == "paper" else "branches"
+    config["exploring"] = exploring
     run = RunFolder.create(path, config, game)
     random = np.random.default_rng([seeds, *experiment.encode(), *algorithm.encode()])
     run.append_metrics(0, _metrics(experiment, algorithm, seeds, iterations, failed_seed, random))

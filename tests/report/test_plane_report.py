@@ -64,10 +64,20 @@ def test_each_game_has_its_figures(files: ReportFiles) -> None:
 
 
 def test_captions_of_what_was_lived_through_say_who_explores(runs: dict[str, list[Path]]) -> None:
-    [group] = group_runs([ReportedRun.read(path) for path in runs["crossing"]])
-    captions = {figure.name: figure.caption for figure in draw_figures(group)}
-    told = {name for name, caption in captions.items() if "The dips of GSIIRL are encounters played to see" in caption}
-    assert told == {"game-1-returns", "game-1-rates"}
+    told = {
+        experiment: {
+            figure.name
+            for figure in draw_figures(group_of(runs[experiment]))
+            if "The dips of GSIIRL are encounters played to see" in figure.caption
+        }
+        for experiment in ("crossing", "deception")
+    }
+    assert told == {"crossing": {"game-1-returns", "game-1-rates"}, "deception": {"game-1-returns"}}
+
+
+def test_captions_are_silent_where_nobody_explores(tmp_path: Path) -> None:
+    run = write_plane_run(tmp_path / "run", "crossing", "gsiirl", exploring=False)
+    assert group_of([run.path]).exploring == ""
 
 
 def test_animations_are_small_and_show_every_step(files: ReportFiles) -> None:

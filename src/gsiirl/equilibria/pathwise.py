@@ -12,7 +12,7 @@ always is.
 """
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -88,18 +88,12 @@ class Pathwise(eqx.Module):
         reset_key, *keys = jax.random.split(key, 3)
         observations = self.game.observe(self.game.reset(reset_key))
 
-        def fresh(side: str, one: PRNGKeyArray) -> PolicyNetwork:
+        def fresh(side: str, one: PRNGKeyArray) -> Ascent:
             observation, actions = getattr(observations, side), getattr(self.game.action_size, side)
-            return PolicyNetwork.create(observation.shape[0], actions, self.hidden, one)
+            policy: Any = PolicyNetwork.create(observation.shape[0], actions, self.hidden, one)
+            return Ascent(policy, getattr(self.optimiser, side).init(policy))
 
-        return self.begin(Sides(fresh("learner", keys[0]), fresh("expert", keys[1])))
-
-    def begin(self, policies: Sides[PolicyNetwork]) -> Sides[Ascent]:
-        """These policies at the start of their way, with optimisers that remember nothing."""
-        return Sides(
-            Ascent(policies.learner, self.optimiser.learner.init(cast(Any, policies.learner))),
-            Ascent(policies.expert, self.optimiser.expert.init(cast(Any, policies.expert))),
-        )
+        return Sides(fresh("learner", keys[0]), fresh("expert", keys[1]))
 
     def ascend(
         self, state: Sides[Ascent], rewards: Sides[TransitionReward], key: PRNGKeyArray, steps: int
@@ -134,9 +128,19 @@ class Pathwise(eqx.Module):
         """`steps` steps of the expert alone towards its best response to `learner_policy` under `reward`."""
 
         def one_step(response: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
-            return self.respond_from(self.starts(key), learner_policy, reward, response), None
+            return self.respond_once(learner_policy, reward, response, self.starts(key)), None
 
         return jax.lax.scan(one_step, response, jax.random.split(key, steps))[0]
+
+    def respond_once(
+        self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, starts: PyTree
+    ) -> Ascent:
+        """One step of `respond`, on episodes from these initial states."""
+
+        def value(policy: PolicyNetwork) -> Array:
+            return mean_return(reward, episodes_from(self.game, Sides(learner_policy, policy), starts), self.discount)
+
+        return self.responded(response, jax.grad(value)(response.policy))
 
     def answer(
         self, expert_policy: PolicyNetwork, reward: TransitionReward, answer: Ascent, key: PRNGKeyArray, steps: int
@@ -186,16 +190,6 @@ class Pathwise(eqx.Module):
 
     def _shake(self, key: PRNGKeyArray, actions: int) -> Float[Array, "T A"]:
         return jax.random.normal(key, (self.game.horizon, actions), jnp.float32)
-
-    def respond_from(
-        self, starts: PyTree, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent
-    ) -> Ascent:
-        """One step of `respond`, on episodes from these initial states."""
-
-        def value(policy: PolicyNetwork) -> Array:
-            return mean_return(reward, episodes_from(self.game, Sides(learner_policy, policy), starts), self.discount)
-
-        return self.responded(response, jax.grad(value)(response.policy))
 
     def responded(self, response: Ascent, gradient: PyTree) -> Ascent:
         """One step of the expert along `gradient`."""

@@ -59,12 +59,15 @@ class ContinuousConfig:
     """Iterations k after which the lower level's step is halved: it is 1 / (1 + k / step_decay) of the first (not in
     paper)."""
     square_decay: float = Field(default=0.999, ge=0, lt=1)
-    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2)."""
+    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2); of `gsiirl`
+    and `ma-irl`."""
     step_size: float = Field(default=0.02, gt=0)
     """Step of the upper level on the gradient of the learner's return, clipped to norm 1, in the unit ball (not in
     paper)."""
     period: int = Field(default=10, ge=1)
-    """Iterations for which `branches` keeps its perturbation, and the learner its honest start."""
+    """Iterations for which `branches` keeps its perturbation."""
+    honest_iterations: int = Field(default=10, ge=0)
+    """Iterations for which, with `branches`, the commitment is the reward fitted to the values read."""
     smoothness: float = Field(default=10.0, gt=0)
     """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
     remembered: int | None = Field(default=None, ge=1)
@@ -74,11 +77,9 @@ class ContinuousConfig:
     """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
     compared: int = Field(default=25, ge=1)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
-    settling_steps: int = Field(default=0, ge=0)
-    """Steps of the forward model at the last rewards, with fresh optimisers, before its policy is the final one."""
     exploring: bool = False
-    """With `branches` as the hypergradient: in every third interaction, to see more, play a policy that acts for the
-    learner's own reward alone."""
+    """Of `gsiirl` with `branches` as the hypergradient: play, in every third interaction, to see more, a policy that
+    acts for the learner's own reward alone."""
     perturbation: float | None = Field(default=None, gt=0)
     """First perturbation of the commitment in the unit ball; default 0.1 (paper 1)."""
     batch: int = Field(default=64, ge=1)

@@ -95,8 +95,6 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 
     def finish(carry: tuple[ContinuousState, Habits], key: PRNGKeyArray) -> Ending:
         state, habits = carry
-        if config.settling_steps:
-            state = learner.settle(state, judge.trainer, key, config.settling_steps)
         answer = judge.best_response(policies_of(state.solution), habits.policy, key)
         learned = {
             "expert_reward": state.expert_parameters,
@@ -149,7 +147,7 @@ def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> Continuous
         compared=min(config.compared, config.trajectories),
         lower_level="equilibrium" if config.algorithm == "paper" else "played",
         remembering=config.remembering,
-        exploring=config.exploring,
+        exploring=config.exploring and config.algorithm != "paper",
     )
 
 
@@ -168,7 +166,7 @@ def _hypergradient(config: ContinuousConfig) -> AbstractEstimator | TwinBranches
     assert config.perturbation is not None, "the configuration is not resolved"
     match config.hypergradient:
         case "branches":
-            return TwinBranches(config.perturbation, config.period)
+            return TwinBranches(config.perturbation, period=config.period, honest_iterations=config.honest_iterations)
         case "direct":
             return Implicit(config.response)
         case _:

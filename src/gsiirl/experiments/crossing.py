@@ -21,7 +21,9 @@ class CrossingConfig(ContinuousConfig):
     """Steps T of an episode."""
     hidden: int = Field(default=32, ge=1)
     """Width of the policy networks' two hidden layers."""
-    settling_steps: int = Field(default=2000, ge=0)
-    """Steps of the forward model at the last rewards, with fresh optimisers, before its policy is the final one."""
+    solver_steps: int = Field(default=40, ge=1)
+    """Solver steps in each outer iteration, from the policies of the last one."""
+    honest_iterations: int = Field(default=50, ge=0)
+    """Iterations for which, with `branches`, the commitment is the reward fitted to the values read."""
     training_steps: int = Field(default=2000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""

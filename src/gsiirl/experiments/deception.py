@@ -26,10 +26,11 @@ class DeceptionConfig(ContinuousConfig):
     remembering: Literal["latest", "uniform"] = "uniform"
     """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
     exploring: bool = True
-    """With `branches` as the hypergradient: in every third interaction, to see more, play a policy that acts for the
-    learner's own reward alone."""
+    """Of `gsiirl` with `branches` as the hypergradient: play, in every third interaction, to see more, a policy that
+    acts for the learner's own reward alone."""
     square_decay: float = Field(default=0.99, ge=0, lt=1)
-    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2)."""
+    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2); of `gsiirl`
+    and `ma-irl`."""
     solver_steps: int = Field(default=60, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
     response_steps: int = Field(default=200, ge=1)

@@ -52,7 +52,7 @@ class PlayedRun:
                 str(path), f"is of variant {config.variant}, but in mpe2 both sides share a target", "give one of mpe"
             )
         summary = folder.summary()
-        if summary is None or not folder.is_finished():
+        if summary is None or not summary["completed"]:
             raise InputError(str(path), "holds a run that is not finished", f"run gsiirl resume {path}")
         seeds, failed = summary["seeds"], summary["failed_seeds"]
         if failed == seeds:

@@ -47,7 +47,9 @@ def carry_out(planned: Sequence[PlannedRun], jobs: int = 1) -> None:
     """
     check_folders(planned)
     unfinished = [each for each in planned if not _is_finished(each.folder)]
-    if jobs > 1 and unfinished:
+    if not unfinished:
+        return
+    if jobs > 1:
         from gsiirl.experiments.side_by_side import do_side_by_side
 
         do_side_by_side(unfinished, jobs)

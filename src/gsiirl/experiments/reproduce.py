@@ -27,6 +27,7 @@ QUICK_CONTINUOUS = {
     "first_inner_steps": 100,
     "response_steps": 50,
     "model_response_steps": 20,
+    "honest_iterations": 5,
     "training_steps": 200,
     "evaluation_episodes": 200,
     "maddpg_episodes": 40,
@@ -36,7 +37,7 @@ GAMES = (
     # The table's variant, r_ld = -r_e, and the one that the method is for.
     ReproducedGame("security-zero-sum", SecurityConfig, {"graph_seed": 0, "variant": "zero_sum"}, {"iterations": 5}),
     ReproducedGame("security-general-sum", SecurityConfig, {"graph_seed": 0, "variant": "general_sum"}, None),
-    ReproducedGame("crossing", CrossingConfig, {}, {**QUICK_CONTINUOUS, "settling_steps": 100}),
+    ReproducedGame("crossing", CrossingConfig, {}, QUICK_CONTINUOUS),
     ReproducedGame("deception", DeceptionConfig, {"variant": "mpe"}, QUICK_CONTINUOUS),
 )
 

@@ -24,7 +24,6 @@ from gsiirl.runs import Checkpoint, RunFolder, summarise
 
 ANOTHER_VERSION = "it is of another version: begin the run anew in another folder"
 
-
 COMPILER_OPTIONS = {"cpu": {"xla_backend_optimization_level": 1}, "gpu": {}}
 """Of the programs of a run, by device. On a CPU they compile in two thirds of the time, and run as fast."""
 

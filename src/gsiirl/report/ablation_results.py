@@ -84,7 +84,7 @@ class AblationResults:
 def _result(path: Path) -> VariantResult:
     folder = RunFolder.open(path)
     summary = folder.summary()
-    if summary is None or not folder.is_finished():
+    if summary is None or not summary["completed"]:
         raise InputError(str(path), "is not finished", "run gsiirl ablation again: it goes on")
     last = folder.metrics().filter(polars.col("iteration") == summary["iterations"]).sort("seed")
     try:

@@ -131,8 +131,8 @@ class ReportedRun:
 
 def _explores(config: dict[str, Any]) -> bool:
     """Exploring takes branches; other algorithms carry the setting and have no use for it."""
-    learns = config["algorithm"] in {"gsiirl", "paper"} and config.get("hypergradient") == "branches"
-    return learns and bool(config.get("exploring"))
+    branches = config["algorithm"] == "gsiirl" and config.get("hypergradient") == "branches"
+    return branches and bool(config.get("exploring"))
 
 
 def _algorithm(config: dict[str, Any]) -> str:
