@@ -28,6 +28,8 @@ QUICK_CONTINUOUS = {
     "response_steps": 50,
     "model_response_steps": 20,
     "honest_iterations": 5,
+    "solver_steps": 30,
+    "batch": 64,
     "training_steps": 200,
     "evaluation_episodes": 200,
     "maddpg_episodes": 40,
