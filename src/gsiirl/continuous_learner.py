@@ -158,11 +158,18 @@ class ContinuousGSIIRL(eqx.Module):
 
     def propose(self, state: ContinuousState) -> PolicyNetwork:
         """The policy that the learner wants to play next: its own, or at times, if it explores, that for r_li alone."""
-        own = self.policy(state)
-        if not (self.exploring and isinstance(self.hypergradient, TwinBranches)):
-            return own
+        if not self._may_explore:
+            return self.policy(state)
         alone = jax.tree.map(lambda leaf: leaf[2], state.hypergradient.solutions.learner.policy)
-        return chosen(state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1, alone, own)
+        return chosen(self.explores(state), alone, self.policy(state))
+
+    def explores(self, state: ContinuousState) -> Bool[Array, ""]:
+        """Whether what it wants to play next is not its own policy."""
+        return (state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1) & self._may_explore
+
+    @property
+    def _may_explore(self) -> bool:
+        return self.exploring and isinstance(self.hypergradient, TwinBranches)
 
     def update(
         self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray

@@ -8,6 +8,7 @@ import numpy as np
 
 from gsiirl.runs import RunFolder, summarise
 
+LITTLE = -1000.0
 STEPS = 8
 CROSSING: dict[str, Any] = {
     "kind": "crossing",
@@ -84,11 +85,12 @@ def write_plane_run(
     made_up = RETURNS[experiment]
     game = {**made_up.game, "variant": variant or made_up.game["variant"]}
     config = {"experiment": experiment, "algorithm": algorithm, "seeds": seeds, "iterations": iterations}
-    config["hypergradient"] = "spsa" if algorithm == "paper" else "branches"
-    config["exploring"] = exploring
     run = RunFolder.create(path, config, game)
     random = np.random.default_rng([seeds, *experiment.encode(), *algorithm.encode()])
-    run.append_metrics(0, _metrics(experiment, algorithm, seeds, iterations, failed_seed, random))
+    metrics = _metrics(experiment, algorithm, seeds, iterations, failed_seed, random)
+    if algorithm == "gsiirl" and exploring:
+        _explore(metrics)
+    run.append_metrics(0, metrics)
     learns = algorithm not in GIVEN_THE_REWARDS
     if experiment == "crossing":
         run.save_paths(_crossing_paths(seeds, random))
@@ -109,6 +111,13 @@ def write_plane_comparison(folder: Path, experiment: str, **settings: Any) -> li
     for algorithm in algorithms:
         write_plane_run(folder / algorithm, experiment, algorithm, **(settings if algorithm == "gsiirl" else {}))
     return [folder / algorithm for algorithm in algorithms]
+
+
+def _explore(metrics: dict[str, np.ndarray]) -> None:
+    """Every third interaction but the last is played to see more, and earns little."""
+    exploring = (metrics["iteration"] % 3 == 2) & (metrics["iteration"] < metrics["iteration"].max())
+    metrics["exploring"] = exploring.astype(float)
+    metrics["deployed_return_learner"] = np.where(exploring, LITTLE, metrics["deployed_return_learner"].ravel())
 
 
 def _metrics(

@@ -11,7 +11,7 @@ import polars
 import pytest
 from PIL import Image
 from report.synthetic import write_run
-from report.synthetic_plane import DECEPTION, FEATURES, STEPS, write_plane_comparison, write_plane_run
+from report.synthetic_plane import DECEPTION, FEATURES, LITTLE, STEPS, write_plane_comparison, write_plane_run
 
 from gsiirl.errors import InputError
 from gsiirl.report import ReportFiles, build_report
@@ -68,16 +68,33 @@ def test_captions_of_what_was_lived_through_say_who_explores(runs: dict[str, lis
         experiment: {
             figure.name
             for figure in draw_figures(group_of(runs[experiment]))
-            if "The dips of GSIIRL are encounters played to see" in figure.caption
+            if "Encounters that GSIIRL plays to see more, not to earn, are left out." in figure.caption
         }
         for experiment in ("crossing", "deception")
     }
     assert told == {"crossing": {"game-1-returns", "game-1-rates"}, "deception": {"game-1-returns"}}
 
 
-def test_captions_are_silent_where_nobody_explores(tmp_path: Path) -> None:
-    run = write_plane_run(tmp_path / "run", "crossing", "gsiirl", exploring=False)
-    assert group_of([run.path]).exploring == ""
+def test_curves_leave_out_what_is_played_to_see_more(runs: dict[str, list[Path]]) -> None:
+    run = group_of(runs["crossing"]).of("gsiirl")
+    assert run is not None
+    earned, rates = run.curve("deployed_return_learner"), run.curve("collision_rate")
+    assert earned is not None
+    assert rates is not None
+    assert run.metrics["deployed_return_learner"].min() == LITTLE
+    assert earned.mean.min() > LITTLE / 2
+    assert earned.iteration.tolist() == rates.iteration.tolist() == [0, 1, 3, 4, 6, 7, 9, 10]
+
+
+def test_captions_are_silent_and_curves_whole_where_nobody_explores(tmp_path: Path) -> None:
+    folder = write_plane_run(tmp_path / "run", "crossing", "gsiirl", exploring=False)
+    group = group_of([folder.path])
+    assert group.exploring == ""
+    run = group.of("gsiirl")
+    assert run is not None
+    curve = run.curve("deployed_return_learner")
+    assert curve is not None
+    assert curve.iteration.tolist() == list(range(11))
 
 
 def test_animations_are_small_and_show_every_step(files: ReportFiles) -> None:
@@ -174,7 +191,7 @@ def test_a_failed_seed_is_named_and_left_out_everywhere(runs: dict[str, list[Pat
     for metric in ("collision_rate", "goal_rate_robot", "deployed_return_learner"):
         curve = run.curve(metric)
         assert curve is not None
-        kept = RunFolder.open(run.path).metrics().filter(polars.col("seed") != 1)
+        kept = RunFolder.open(run.path).metrics().filter(polars.col("seed") != 1, polars.col("exploring") == 0)
         means = kept.group_by("iteration").agg(polars.col(metric).mean()).sort("iteration")[metric]
         np.testing.assert_allclose(curve.mean, means.to_numpy())
 

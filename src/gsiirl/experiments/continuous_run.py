@@ -88,7 +88,7 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first + offset))
             played = learner.propose(state)
             habits, seen = expert.demonstrate(habits, played, config.trajectories, demonstration_key)
-            record = observe(state, played, habits.policy)
+            record = observe(state, played, habits.policy) | {"exploring": learner.explores(state).astype(jnp.float32)}
             return (learner.update(state, played, seen, update_key), habits), record
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
@@ -102,7 +102,7 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             "commitment": state.commitment,
         }
         return Ending(
-            observe(state, learner.policy(state), answer),
+            observe(state, learner.policy(state), answer) | {"exploring": jnp.zeros((), jnp.float32)},
             judge.paths(Sides(learner.policy(state), answer)),
             learned,
             problem.reward_map(state.expert_parameters),

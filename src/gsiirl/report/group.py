@@ -59,7 +59,7 @@ class GameGroup:
     def exploring(self) -> str:
         """A sentence for captions of what was lived through, where a run explores; else nothing."""
         names = [label for label, run in self.learners.items() if run.explores]
-        return f" The dips of {' and '.join(names)} are encounters played to see more, not to earn." if names else ""
+        return f" Encounters that {' and '.join(names)} plays to see more, not to earn, are left out." if names else ""
 
     def of(self, algorithm: str) -> ReportedRun | None:
         """The first run of an algorithm that has a seed left, or None."""

@@ -28,8 +28,6 @@ class ReportedRun:
     path: Path
     experiment: str
     algorithm: str
-    explores: bool
-    """Whether some of its interactions are played to learn of the expert, and not to earn."""
     game: dict[str, Any]
     seeds: list[int]
     failed_seeds: list[int]
@@ -61,7 +59,6 @@ class ReportedRun:
                 path=path,
                 experiment=folder.config["experiment"],
                 algorithm=_algorithm(folder.config),
-                explores=_explores(folder.config),
                 game=folder.game,
                 seeds=[int(seed) for seed in summary["seeds"]],
                 failed_seeds=failed,
@@ -94,9 +91,20 @@ class ReportedRun:
         values = self.final.get(metric)
         return None if values is None or not len(values) else Estimate.over(values)
 
+    @property
+    def explores(self) -> bool:
+        """Whether some of its interactions are played to learn of the expert, and not to earn."""
+        return "exploring" in self.metrics.columns and bool((self.metrics["exploring"] > 0).any())
+
     def curve(self, metric: str) -> Curve | None:
-        """A metric along the iterations over the seeds that `not_finite` does not name, or None where there is none."""
+        """A metric along the iterations over the seeds that `not_finite` does not name, or None where there is none.
+
+        Iterations whose interaction is played to learn of the expert, and not to earn, are left out.
+        """
         table = self._along(metric).filter(~polars.col("seed").is_in(self.not_finite(metric)))
+        if self.explores:
+            played_to_earn = self.metrics.filter(polars.col("exploring") == 0).select("seed", "iteration")
+            table = table.join(played_to_earn, on=["seed", "iteration"], how="semi")
         if table.is_empty():
             return None
         table = (
@@ -127,12 +135,6 @@ class ReportedRun:
             return None
         kept = [index for index, seed in enumerate(self.learned.seeds) if seed not in self.failed_seeds]
         return self.learned.weights(parameter)[kept] if kept else None
-
-
-def _explores(config: dict[str, Any]) -> bool:
-    """Exploring takes branches; other algorithms carry the setting and have no use for it."""
-    branches = config["algorithm"] == "gsiirl" and config.get("hypergradient") == "branches"
-    return branches and bool(config.get("exploring"))
 
 
 def _algorithm(config: dict[str, Any]) -> str:
