@@ -238,7 +238,7 @@ def test_reproduce_runs_the_plan_and_reports_it(
         runner.calls.append((config, folder))
         make_run(folder, config.resolved())
         failed = [1] if folder == tmp_path / "crossing" / "paper" else []
-        summary = {"format_version": 1, "failed_seeds": failed}
+        summary = {"format_version": 1, "completed": True, "failed_seeds": failed}
         (folder / "summary.json").write_text(json.dumps(summary))
 
     runner.__dict__["run"] = run
@@ -251,14 +251,15 @@ def test_reproduce_runs_the_plan_and_reports_it(
     assert len(folders) == 12
     assert reports == [(folders, tmp_path / "report")]
     assert {config.seeds for config, _ in runner.calls} == {2}
-    # Again, the same runs are asked for; with other settings it is refused.
-    assert main(command) == 0
-    assert runner.calls[12:] == [(folder,) for folder in folders]
-    capsys.readouterr()
+    # Again, what is not finished is gone on with, and nothing else; with other settings it is refused.
     first = tmp_path / "security-zero-sum" / "gsiirl"
+    (first / "summary.json").unlink()
+    assert main(command) == 0
+    assert runner.calls[12:] == [(first,)]
+    capsys.readouterr()
     message = f"--out: {first} holds a run with other settings; use another folder"
     assert refused([*command, "--seeds", "3"]) == message
-    assert len(runner.calls) == 24
+    assert len(runner.calls) == 13
     message = "--jobs: cannot be 0; give a whole number of at least 1"
     assert refused(["reproduce", "--jobs", "0", "--out", "x"]) == message
 
