@@ -46,7 +46,7 @@ def carry_out(planned: Sequence[PlannedRun], jobs: int = 1) -> None:
         InputError: see `check_folders`, and `runner.run`; runs after the one concerned are not begun.
     """
     check_folders(planned)
-    unfinished = [each for each in planned if not _is_finished(each.folder)]
+    unfinished = [each for each in planned if not is_finished(each.folder)]
     if not unfinished:
         return
     if jobs > 1:
@@ -80,7 +80,8 @@ def failed_seeds(planned: Sequence[PlannedRun]) -> dict[Path, list[int]]:
     return {folder: each["failed_seeds"] for folder, each in summaries.items() if each and each["failed_seeds"]}
 
 
-def _is_finished(folder: Path) -> bool:
+def is_finished(folder: Path) -> bool:
+    """Whether `folder` holds a run that has ended."""
     return RunFolder.is_at(folder) and RunFolder.open(folder).is_finished()
 
 

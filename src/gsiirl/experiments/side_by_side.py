@@ -18,8 +18,7 @@ import rich.progress
 from gsiirl.errors import InputError
 from gsiirl.experiments import runner
 from gsiirl.experiments.config import ExperimentConfig
-from gsiirl.experiments.plan import PlannedRun, do
-from gsiirl.runs import RunFolder
+from gsiirl.experiments.plan import PlannedRun, do, is_finished
 
 
 class Started(NamedTuple):
@@ -79,8 +78,7 @@ def _listen(each: Started, progress: rich.progress.Progress) -> bool:
 def _ended(each: Started) -> None:
     each.process.join()
     each.heard.close()
-    finished = RunFolder.is_at(each.run.folder) and RunFolder.open(each.run.folder).is_finished()
-    if each.process.exitcode or not finished:
+    if each.process.exitcode or not is_finished(each.run.folder):
         raise RuntimeError(f"{each.run.folder}: its process ended with status {each.process.exitcode}")
 
 
