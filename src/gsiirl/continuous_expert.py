@@ -7,6 +7,7 @@ from jaxtyping import Array, Int, PRNGKeyArray
 
 from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from, mean_return
 from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.games.rollout import initial_states
 from gsiirl.types import Sides, Transition
 
 POLICIES = 2
@@ -55,10 +56,8 @@ class ContinuousRespondingExpert(eqx.Module):
         """Its habits once it is used to `learner_policy`, and `number` episodes of both (axes d, T)."""
         adapt_key, start_key = jax.random.split(key)
         adapted = self.adapt(habits, learner_policy, adapt_key)
-        game = self.solver.game
-        starts = jax.vmap(game.reset)(jax.random.split(start_key, number))
-        policies = Sides(learner_policy, adapted.policy)
-        return adapted, episodes_from(game, policies, starts)
+        starts = initial_states(self.solver.game, start_key, number)
+        return adapted, episodes_from(self.solver.game, Sides(learner_policy, adapted.policy), starts)
 
     def _practised(self, before: Ascent, learner_policy: PolicyNetwork, key: PRNGKeyArray, steps: int) -> Habits:
         practice_key, trial_key = jax.random.split(key)

@@ -32,6 +32,7 @@ sees what the expert makes of that.
 difference is how the modelled expert differs from the real one, and not which episodes were drawn.
 """
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import equinox as eqx
@@ -50,6 +51,7 @@ from gsiirl.equilibria.pathwise import (
     policies_of,
 )
 from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.games.rollout import initial_states
 from gsiirl.hypergradients import AbstractEstimator, BilevelProblem
 from gsiirl.irl.dependent_reward import LeastSquares
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood
@@ -137,7 +139,7 @@ class ContinuousGSIIRL(eqx.Module):
         commitment = self.dependent_reward.initial_parameters(commitment_key)
         expert_parameters = self.expert_reward.initial_parameters(expert_key)
         solution = self.solver.init(policy_key)
-        starts = jax.vmap(self.solver.game.reset)(jax.random.split(policy_key, self.trajectories))
+        starts = initial_states(self.solver.game, policy_key, self.trajectories)
         episodes = episodes_from(self.solver.game, policies_of(solution), starts)
         return ContinuousState(
             commitment=commitment,
@@ -288,12 +290,10 @@ class ContinuousGSIIRL(eqx.Module):
         used_key, fit_key = jax.random.split(key)
         modelled = self.rewards(state.commitment, state.expert_parameters).expert
 
-        def get_used(number: Array, responses: Ascent) -> Ascent:
-            draws = jax.random.split(jax.random.fold_in(used_key, number), self.compared)
-            starts = jax.vmap(self.solver.game.reset)(draws)
-            return jax.vmap(lambda played, response: self.solver.respond_once(played, modelled, response, starts))(
-                memory.kept.learner_policy, responses
-            )
+        responder = replace(self.solver, batch=self.compared)
+
+        def used_to(played: PolicyNetwork) -> Ascent:
+            return responder.respond(played, modelled, state.solution.expert, used_key, self.model_response_steps)
 
         def one_played_step(number: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
             (theta, optimiser), responses = carry
@@ -308,8 +308,7 @@ class ContinuousGSIIRL(eqx.Module):
             gap = jnp.mean(gaps, axis=0, where=memory.filled[:, None])
             return self._fitted(gap, theta, optimiser), responses
 
-        fresh = repeated(state.solution.expert, self.remembered)
-        responses = jax.lax.fori_loop(0, self.model_response_steps, get_used, fresh)
+        responses = jax.vmap(used_to)(memory.kept.learner_policy)
         return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_played_step, (fitting, responses))[0]
 
     def _fitted(self, gap: Array, theta: Array, optimiser: optax.OptState) -> tuple[Array, optax.OptState]:

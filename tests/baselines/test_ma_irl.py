@@ -26,6 +26,7 @@ def test_marl_is_the_forward_model_at_both_true_rewards():
     np.testing.assert_allclose(returns.expert, references["truth_return_expert"], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_feature_matching_closes_the_gap_to_the_demonstrations():
     problem = tiny_problem(inner_steps=5, inner_step_size=0.01)
     ma_irl = problem.ma_irl

@@ -104,6 +104,7 @@ def test_an_interrupted_run_resumes_to_identical_bytes(crossing, tmp_path, monke
     assert bytes_of(tmp_path / "cut") == bytes_of(crossing)
 
 
+@pytest.mark.slow
 def test_marl_runs_to_its_end_and_says_how_far_it_can_be_exploited(tmp_path):
     runner.run(CrossingConfig(**TINY, algorithm="marl"), tmp_path / "run")
     summary = RunFolder.open(keep_all(tmp_path / "run")).summary()

@@ -49,6 +49,7 @@ def test_the_total_derivative_is_that_of_f_at_the_moving_minimiser(games):
     assert np.abs(np.asarray(alone.through_learner) - expected).max() > 1e-3 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_the_implicit_estimator(games, iteration: Iteration):
     """`measured` with the demonstrations' Jacobian by differences is ours; with a Jacobian of 0 it is `frozen`."""
     problem = jax.tree.map(lambda leaf: leaf[1], games.problems)

@@ -34,6 +34,7 @@ from gsiirl.equilibria.pathwise import TransitionReward
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.replay import Experience, Replay
 from gsiirl.games.base import AbstractContinuousGame
+from gsiirl.games.rollout import initial_states
 from gsiirl.types import Sides, Transition
 
 
@@ -279,7 +280,7 @@ class Maddpg(eqx.Module):
 
         def one_episode(state: MaddpgState, episode_key: PRNGKeyArray) -> tuple[MaddpgState, None]:
             reset_key, play_key = jax.random.split(episode_key)
-            starts = jax.vmap(game.reset)(jax.random.split(reset_key, self.environments))
+            starts = initial_states(game, reset_key, self.environments)
             steps = jnp.arange(game.horizon, dtype=jnp.int32)
             (state, _), _ = jax.lax.scan(one_step, (state, starts), (steps, jax.random.split(play_key, game.horizon)))
             return state, None

@@ -22,7 +22,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
 
 from gsiirl.equilibria.policy_network import NoisyPolicy, PolicyNetwork
 from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.games.rollout import play
+from gsiirl.games.rollout import initial_states, play
 from gsiirl.types import Sides, Transition
 
 TransitionReward = Callable[[Transition], Float[Array, ""]]
@@ -128,19 +128,16 @@ class Pathwise(eqx.Module):
         """`steps` steps of the expert alone towards its best response to `learner_policy` under `reward`."""
 
         def one_step(response: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
-            return self.respond_once(learner_policy, reward, response, self.starts(key)), None
+            starts = self.starts(key)
+
+            def value(policy: PolicyNetwork) -> Array:
+                return mean_return(
+                    reward, episodes_from(self.game, Sides(learner_policy, policy), starts), self.discount
+                )
+
+            return self.responded(response, jax.grad(value)(response.policy)), None
 
         return jax.lax.scan(one_step, response, jax.random.split(key, steps))[0]
-
-    def respond_once(
-        self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, starts: PyTree
-    ) -> Ascent:
-        """One step of `respond`, on episodes from these initial states."""
-
-        def value(policy: PolicyNetwork) -> Array:
-            return mean_return(reward, episodes_from(self.game, Sides(learner_policy, policy), starts), self.discount)
-
-        return self.responded(response, jax.grad(value)(response.policy))
 
     def answer(
         self, expert_policy: PolicyNetwork, reward: TransitionReward, answer: Ascent, key: PRNGKeyArray, steps: int
@@ -161,7 +158,7 @@ class Pathwise(eqx.Module):
 
     def starts(self, key: PRNGKeyArray) -> PyTree:
         """A batch of initial states."""
-        return jax.vmap(self.game.reset)(jax.random.split(key, self.batch))
+        return initial_states(self.game, key, self.batch)
 
     def _noisy_returns(
         self,

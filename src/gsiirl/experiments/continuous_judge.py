@@ -19,6 +19,7 @@ from gsiirl.experiments.continuous import ContinuousConfig
 from gsiirl.experiments.continuous_problem import ContinuousProblem
 from gsiirl.experiments.continuous_solvers import TRAINED_RATE, responder_of, solver_of
 from gsiirl.experiments.prepared_run import Record
+from gsiirl.games.rollout import initial_states
 from gsiirl.types import Sides, Transition
 
 EVALUATION_KEY = 20261125
@@ -35,7 +36,7 @@ class Judge:
         self.trainer = solver_of(config, problem, config.training_steps, TRAINED_RATE)
         self._tester = responder_of(config, problem, config.training_steps, TRAINED_RATE)
         start_key, sample_key, self._key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)
-        self.starts = jax.vmap(problem.game.reset)(jax.random.split(start_key, config.evaluation_episodes))
+        self.starts = initial_states(problem.game, start_key, config.evaluation_episodes)
         self._sample = jax.vmap(problem.anywhere)(jax.random.split(sample_key, COMPARED))
 
     def episodes(self, policies: Sides[PolicyNetwork]) -> Transition:

@@ -20,6 +20,7 @@ from gsiirl.experiments.continuous_judge import Judge
 from gsiirl.experiments.continuous_problem import ContinuousProblem
 from gsiirl.experiments.continuous_solvers import FOLLOWING_RATE, responder_of, solver_of
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
+from gsiirl.games.rollout import initial_states
 from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.rewards.continuous import (
@@ -209,7 +210,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             state, true_play, habits = carry
             start_key, update_key, expert_key = jax.random.split(jax.random.fold_in(key, first + offset), 3)
             # The share of the fixed demonstrations that this iteration looks at.
-            starts = jax.vmap(problem.game.reset)(jax.random.split(start_key, config.trajectories))
+            starts = initial_states(problem.game, start_key, config.trajectories)
             seen = episodes_from(problem.game, true_play, starts)
             habits = expert.adapt(habits, state.solution.learner.policy, expert_key)
             record = observe(state, habits.policy)

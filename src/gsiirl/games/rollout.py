@@ -31,6 +31,11 @@ def rollout(key: PRNGKeyArray, game: AbstractTabularGame, policies: Policies) ->
     return Trajectories(states=states, actions=actions, mask=jnp.ones(game.horizon, bool))
 
 
+def initial_states(game: AbstractContinuousGame, key: PRNGKeyArray, number: int) -> PyTree:
+    """`number` initial states of a continuous game, along a leading axis."""
+    return jax.vmap(game.reset)(jax.random.split(key, number))
+
+
 def play(game: AbstractContinuousGame, policies: Sides[Policy], start: PyTree) -> Transition:
     """The episode of a continuous game from `start`: T steps; `vmap` over starts for more."""
 
