@@ -21,6 +21,8 @@ class CrossingConfig(ContinuousConfig):
     """Steps T of an episode."""
     hidden: int = Field(default=32, ge=1)
     """Width of the policy networks' two hidden layers."""
+    inner_steps: int = Field(default=10, ge=1)
+    """Projected steps on the expert's parameters in each iteration (not in paper: t_k = ceil((k+1)^(1/4)/2))."""
     solver_steps: int = Field(default=40, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
     honest_iterations: int = Field(default=50, ge=0)
