@@ -47,6 +47,36 @@ def test_better_or_worse_is_decided_by_the_interval(tmp_path: Path, deployed: li
     )
 
 
+@pytest.mark.parametrize(
+    ("deployed", "verdict"), [([7.9, 8.0, 8.1], "those of GSIIRL do better than that."), ([7.9, 7.8, 7.9], None)]
+)
+def test_marls_own_learner_is_told_as_the_real_expert_meets_it(
+    tmp_path: Path, deployed: list[float], verdict: str | None
+) -> None:
+    # GSIIRL earns the same in both; once MARL's learner loses to an answer, once it does not.
+    met = [7.4, 7.5, 7.7] if verdict else [9.0, 9.0, 9.0]
+    runs = []
+    for algorithm, earned in (("gsiirl", deployed), ("marl", met)):
+        run = RunFolder.create(tmp_path / algorithm, {"experiment": "deception", "algorithm": algorithm}, {"name": "g"})
+        columns = {
+            "deployed_return_learner": earned,
+            "truth_return_learner": [9.0] * 3,
+            "random_return_learner": [0.0] * 3,
+        }
+        values = {name: np.array(value) for name, value in columns.items()}
+        run.append_metrics(0, {"seed": np.arange(3), "iteration": np.zeros(3, int), **values})
+        run.write_summary(summarise(run.config, run.metrics(), completed=True))
+        runs.append(ReportedRun.read(run.path))
+    (group,) = group_runs(runs)
+    found = [sentence for sentence in verdicts(group) if "that learned beside them" in sentence]
+    if verdict is None:
+        assert found == []
+    else:
+        (sentence,) = found
+        assert "Once the real adversary has answered them too, they end at 7.53 \N{PLUS-MINUS SIGN} 0.15" in sentence
+        assert sentence.endswith(verdict)
+
+
 def test_the_correlation_and_its_price_are_told(tmp_path: Path) -> None:
     found = sentences(tmp_path, [-4.6, -4.7, -4.5], expert_reward_pearson=0.9971, expert_trajectories=5000.0)
     assert found[1] == (

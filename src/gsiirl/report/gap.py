@@ -30,6 +30,15 @@ class Gap:
             return None
         return cls(Estimate.over(deployed - truth))
 
+    @classmethod
+    def to_deployed(cls, group: GameGroup, run: ReportedRun) -> "Gap | None":
+        """From what MARL's own learner earns once the real expert has answered it; None where that is not known."""
+        marl, deployed = group.of("marl"), run.final.get("deployed_return_learner")
+        met = None if marl is None else marl.final.get("deployed_return_learner")
+        if marl is None or met is None or deployed is None or not len(met) or not len(deployed):
+            return None
+        return cls(Estimate.over(deployed - (met if marl.kept_seeds == run.kept_seeds else met.mean())))
+
     @property
     def verdict(self) -> str:
         """`better`, `worse` or `neither better nor worse`, decided by the 95 % interval."""

@@ -16,6 +16,8 @@ def verdicts(group: GameGroup) -> list[str]:
     sentences = []
     for place, (label, run) in enumerate(learners):
         sentences += _return_verdict(group, label, run, full=place == 0)
+        if place == 0:
+            sentences += _answered_verdict(group, label, run)
     for label, run in learners:
         sentences += _reward_verdict(group, label, run)
     for label, run in learners[:1]:
@@ -50,6 +52,21 @@ def _return_verdict(group: GameGroup, label: str, run: ReportedRun, full: bool) 
     return [f"{text}." if gap is None else f"{text} {_comparison(gap)}."]
 
 
+def _answered_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]:
+    """MARL's pair has only met itself: its learner too earns less once the expert answers what it plays."""
+    gap, marl = Gap.to_deployed(group, run), group.of("marl")
+    pair, met = (None if marl is None else marl.estimate(f"{kind}_return_learner") for kind in ("truth", "deployed"))
+    if gap is None or pair is None or met is None or str(pair) == str(met):
+        return []
+    learner, expert = group.sides
+    return [
+        f"MARL's figure is what its {learner} {learner.verb('earns', 'earn')} with the {expert} that learned beside "
+        f"{learner.verb('it', 'them')}. Once the real {expert} has answered {learner.verb('it', 'them')} too, "
+        f"{learner.verb('it ends', 'they end')} at {met}: {learner.verb('that', 'those')} of {label} "
+        f"{learner.verb('does', 'do')} {_comparison(gap, 'that')}."
+    ]
+
+
 def _how(algorithm: str, label: str) -> str:
     if algorithm == "gsiirl":
         return f"learned by interacting ({label})"
@@ -58,8 +75,8 @@ def _how(algorithm: str, label: str) -> str:
     return f"learned with {label}"
 
 
-def _comparison(gap: Gap) -> str:
-    return f"{gap.verdict} than MARL" + (" (which lies within the 95 % interval)" if gap.is_open else "")
+def _comparison(gap: Gap, other: str = "MARL") -> str:
+    return f"{gap.verdict} than {other}" + (" (which lies within the 95 % interval)" if gap.is_open else "")
 
 
 def _reward_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]:
