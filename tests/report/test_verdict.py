@@ -97,7 +97,7 @@ def test_several_good_agents_are_spoken_of_as_such(tmp_path: Path) -> None:
         tmp_path, [-4.6, -4.7, -4.5], experiment="deception", target_preference=np.array([0.5, -0.1, 0.7])
     )
     assert found[0].startswith("The good agents that learned by interacting (GSIIRL) end at")
-    assert "good agents that play at random, at" in found[0]
+    assert "good agents that have learned nothing, at" in found[0]
     assert found[0].endswith("they do better than MARL.")
     assert found[1].endswith("GSIIRL found out in 2 of 3 seeds.")
 

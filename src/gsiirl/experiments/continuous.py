@@ -28,7 +28,7 @@ class ContinuousConfig:
     expert: Literal["responding"] = "responding"
     """`responding`: the expert plays its best response to the policy the learner plays."""
     reward: Literal["linear", "network"] = "linear"
-    """What the learned rewards are made of: weights of fixed features, or a small network."""
+    """What the learned reward of the expert is made of: weights of fixed features, or a small network of them."""
     response: Literal["well_specified", "frozen"] | None = None
     """What the hypergradient takes for the expert's response: `well_specified` (default) or `frozen` (paper)."""
     hypergradient: Literal["branches", "spsa", "direct"] | None = None
@@ -56,8 +56,8 @@ class ContinuousConfig:
     inner_step_size: float = Field(default=0.01, gt=0)
     """First step of the lower level, in the unit ball."""
     step_decay: float = Field(default=20.0, gt=0)
-    """Iterations k after which the lower level's step is halved: it is 1 / (1 + k / step_decay) of the first (not in
-    paper)."""
+    """How fast the lower level's step falls: after n steps, those of the first iteration too, it is
+    1 / (1 + n / (step_decay inner_steps)) of the first (not in paper)."""
     square_decay: float = Field(default=0.999, ge=0, lt=1)
     """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2); of `gsiirl`
     and `ma-irl`."""

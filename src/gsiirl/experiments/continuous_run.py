@@ -157,7 +157,7 @@ def _matching(config: ContinuousConfig) -> optax.GradientTransformation:
 
     Else the sampling noise of features that already match would move their weights as fast as a real gap.
     """
-    # The steps of one iteration count as one: the rate falls with the iterations.
+    # Counted in iterations of `inner_steps`; the first one has more, and counts as several.
     decay = config.step_decay * config.inner_steps
     return optax.adam(lambda step: config.inner_step_size / (1.0 + step / decay), b2=config.square_decay, eps=SMALL_GAP)
 

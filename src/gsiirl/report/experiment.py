@@ -32,7 +32,11 @@ class ExperimentWords:
     expert: SideName
     here: tuple[str, str] | None = None
     """Who learner and expert are, for who has not heard of the experiment."""
+    reference: tuple[str, str] = ("plays at random", "play at random")
+    """What the learner does that marks the lower end, of one and of several."""
 
+
+UNTRAINED = ("has learned nothing", "have learned nothing")
 
 EXPERIMENTS = {
     "deception": ExperimentWords(
@@ -40,12 +44,14 @@ EXPERIMENTS = {
         SideName("good agents", plural=True),
         SideName("adversary"),
         ("two agents that hide their target", "an adversary that looks for it"),
+        UNTRAINED,
     ),
     "crossing": ExperimentWords(
         "Human-robot interaction",
         SideName("robot"),
         SideName("human"),
         ("a robot", "a human whose way it crosses"),
+        UNTRAINED,
     ),
     "security": ExperimentWords(
         "Security",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gsiirl.report.algorithm import algorithm_rank, algorithm_style
-from gsiirl.report.experiment import VARIANTS, SideName, experiment_words
+from gsiirl.report.experiment import VARIANTS, ExperimentWords, SideName, experiment_words
 from gsiirl.report.run import ReportedRun
 
 
@@ -34,9 +34,14 @@ class GameGroup:
         return self.first.experiment
 
     @property
+    def words(self) -> ExperimentWords:
+        """The experiment in words."""
+        return experiment_words(self.experiment)
+
+    @property
     def title(self) -> str:
         """The game's name."""
-        return f"{experiment_words(self.experiment).title}: {self.game.get('name', 'unnamed game')}"
+        return f"{self.words.title}: {self.game.get('name', 'unnamed game')}"
 
     @property
     def variant(self) -> str:
@@ -47,8 +52,7 @@ class GameGroup:
     @property
     def sides(self) -> tuple[SideName, SideName]:
         """What learner and expert are called in this experiment."""
-        words = experiment_words(self.experiment)
-        return words.learner, words.expert
+        return self.words.learner, self.words.expert
 
     @property
     def learners(self) -> dict[str, ReportedRun]:

@@ -63,7 +63,7 @@ def marl_levels(group: GameGroup, metric: str) -> list[Level]:
 def random_level(group: GameGroup, metric: str) -> Level | None:
     """Random play's level of a metric, or None where it is not known."""
     value = group.reference(f"random_{metric}")
-    return None if value is None else Level("learner plays at random", value, RANDOM_COLOUR, ":")
+    return None if value is None else Level(f"learner that {group.words.reference[0]}", value, RANDOM_COLOUR, ":")
 
 
 def legend_handles(group: GameGroup, levels: list[Level]) -> list[Line2D]:
@@ -93,7 +93,7 @@ def number_iterations(panel: Axes) -> None:
 def tell_random_play(panel: Axes, random: Level, below: bool) -> None:
     """In words, where a line drawn to scale would flatten everything else."""
     panel.annotate(
-        f"random play: {random.value:.2f} {'↓' if below else '↑'}",
+        f"{random.label}: {random.value:.2f} {'↓' if below else '↑'}",
         (0.98, 0.04 if below else 0.9),
         xycoords="axes fraction",
         ha="right",

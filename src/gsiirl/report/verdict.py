@@ -41,7 +41,7 @@ def _return_verdict(group: GameGroup, label: str, run: ReportedRun, full: bool) 
             text += f"; MARL, which was given both rewards, at {format_number(marl)}"
         if random is not None:
             text += (
-                f"; {learner.verb('a ', '')}{learner} that {learner.verb('plays', 'play')} at random, at "
+                f"; {learner.verb('a ', '')}{learner} that {learner.verb(*group.words.reference)}, at "
                 f"{format_number(random)}"
             )
         text += ". Higher is better"
