@@ -249,7 +249,9 @@ def test_reproduce_runs_the_plan_and_reports_it(
     assert captured.err == f"gsiirl: {tmp_path / 'crossing' / 'paper'}: failed seeds 1\n"
     folders = [folder for _, folder in runner.calls]
     assert len(folders) == 12
-    assert reports == [(folders, tmp_path / "report")]
+    # The longest runs begin first, and stand last in the report.
+    assert (folders[0], folders[-1]) == (tmp_path / "deception" / "marl", tmp_path / "security-zero-sum" / "gsiirl")
+    assert reports == [(folders[::-1], tmp_path / "report")]
     assert {config.seeds for config, _ in runner.calls} == {2}
     # Again, what is not finished is gone on with, and nothing else; with other settings it is refused.
     first = tmp_path / "security-zero-sum" / "gsiirl"
