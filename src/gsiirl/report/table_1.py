@@ -39,7 +39,10 @@ class Table1Column:
         """Why this game, or nothing where there is but one."""
         if self.games == 1:
             return ""
-        return f"{self.heading} shows {self.game}: of the {self.games} games below the one with the most algorithms."
+        return (
+            f"{self.heading} shows {self.game}: of the {self.games} games below the one with the most algorithms, and "
+            "of equals the paper's variant."
+        )
 
     @property
     def gap(self) -> Gap | None:
