@@ -48,15 +48,13 @@ def test_better_or_worse_is_decided_by_the_interval(tmp_path: Path, deployed: li
 
 
 @pytest.mark.parametrize(
-    ("deployed", "verdict"), [([7.9, 8.0, 8.1], "those of GSIIRL do better than that."), ([7.9, 7.8, 7.9], None)]
+    ("met", "verdict"), [([7.4, 7.5, 7.7], "those of GSIIRL do better than that."), ([9.0, 9.0, 9.0], None)]
 )
 def test_marls_own_learner_is_told_as_the_real_expert_meets_it(
-    tmp_path: Path, deployed: list[float], verdict: str | None
+    tmp_path: Path, met: list[float], verdict: str | None
 ) -> None:
-    # GSIIRL earns the same in both; once MARL's learner loses to an answer, once it does not.
-    met = [7.4, 7.5, 7.7] if verdict else [9.0, 9.0, 9.0]
     runs = []
-    for algorithm, earned in (("gsiirl", deployed), ("marl", met)):
+    for algorithm, earned in (("gsiirl", [7.9, 8.0, 8.1]), ("marl", met)):
         run = RunFolder.create(tmp_path / algorithm, {"experiment": "deception", "algorithm": algorithm}, {"name": "g"})
         columns = {
             "deployed_return_learner": earned,

@@ -126,39 +126,42 @@ class Pathwise(eqx.Module):
         self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, key: PRNGKeyArray, steps: int
     ) -> Ascent:
         """`steps` steps of the expert alone towards its best response to `learner_policy` under `reward`."""
-
-        def one_step(response: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
-            starts = self.starts(key)
-
-            def value(policy: PolicyNetwork) -> Array:
-                return mean_return(
-                    reward, episodes_from(self.game, Sides(learner_policy, policy), starts), self.discount
-                )
-
-            return self.responded(response, jax.grad(value)(response.policy)), None
-
-        return jax.lax.scan(one_step, response, jax.random.split(key, steps))[0]
+        return self._climb(
+            lambda policy: Sides(learner_policy, policy), reward, self.optimiser.expert, response, key, steps
+        )
 
     def answer(
         self, expert_policy: PolicyNetwork, reward: TransitionReward, answer: Ascent, key: PRNGKeyArray, steps: int
     ) -> Ascent:
         """`steps` steps of the learner alone towards its best response to `expert_policy` under `reward`."""
-
-        def one_step(answer: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
-            starts = self.starts(key)
-
-            def value(policy: PolicyNetwork) -> Array:
-                return mean_return(
-                    reward, episodes_from(self.game, Sides(policy, expert_policy), starts), self.discount
-                )
-
-            return moved(self.optimiser.learner, answer, jax.grad(value)(answer.policy)), None
-
-        return jax.lax.scan(one_step, answer, jax.random.split(key, steps))[0]
+        return self._climb(
+            lambda policy: Sides(policy, expert_policy), reward, self.optimiser.learner, answer, key, steps
+        )
 
     def starts(self, key: PRNGKeyArray) -> PyTree:
         """A batch of initial states."""
         return initial_states(self.game, key, self.batch)
+
+    def _climb(
+        self,
+        joint: Callable[[PolicyNetwork], Sides[PolicyNetwork]],
+        reward: TransitionReward,
+        optimiser: optax.GradientTransformation,
+        ascent: Ascent,
+        key: PRNGKeyArray,
+        steps: int,
+    ) -> Ascent:
+        """`steps` steps of one side alone along the return of `joint`(its policy), the other side standing still."""
+
+        def one_step(ascent: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
+            starts = self.starts(key)
+
+            def value(policy: PolicyNetwork) -> Array:
+                return mean_return(reward, episodes_from(self.game, joint(policy), starts), self.discount)
+
+            return moved(optimiser, ascent, jax.grad(value)(ascent.policy)), None
+
+        return jax.lax.scan(one_step, ascent, jax.random.split(key, steps))[0]
 
     def _noisy_returns(
         self,
