@@ -131,6 +131,17 @@ def test_how_much_hands_shake_depends_on_the_steps_that_were_taken_and_not_on_th
 
 
 @pytest.mark.slow
+def test_a_pair_settles_from_where_it_is_and_with_a_rate_of_its_own_beginning():
+    solve, key = solver(), jax.random.key(4)
+    state = solve.ascend(solve.init(jax.random.key(3)), TRUE, jax.random.key(5), 3)[0]
+    begun = solve.init_at(policies_of(state))
+    assert int(steps_taken(state.learner)) == 3
+    assert int(steps_taken(begun.learner)) == int(steps_taken(begun.expert)) == 0
+    jax.tree.map(np.testing.assert_array_equal, policies_of(begun), policies_of(state))
+    expected = policies_of(solve.ascend(begun, TRUE, key, 2)[0])
+    jax.tree.map(np.testing.assert_array_equal, solve.settle(policies_of(state), TRUE, key, 2), expected)
+
+
 def test_vmapped_seeds_equal_looped_seeds():
     solve = solver(expert_steps=2, noise=0.3)
     keys = jax.random.split(jax.random.key(0), 2)

@@ -26,6 +26,7 @@ TINY: dict[str, Any] = {
     "solver_steps": 2,
     "response_steps": 2,
     "model_response_steps": 2,
+    "settling_steps": 2,
     "training_steps": 4,
     "maddpg_episodes": 1,
     "evaluation_episodes": 8,

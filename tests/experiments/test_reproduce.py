@@ -1,5 +1,6 @@
 from pathlib import Path
 
+from gsiirl.experiments.config import config_to_dict
 from gsiirl.experiments.reproduce import plan
 
 OUT = Path("out")
@@ -21,6 +22,10 @@ def test_quick_runs_are_the_papers_games_with_fewer_iterations():
     assert quick.keys() < full.keys()
     assert {folder.parts[1] for folder in quick} == {"security-zero-sum", "crossing", "deception"}
     assert all(config.iterations < full[folder].iterations for folder, config in quick.items())
+    for folder, config in quick.items():
+        for name, value in config_to_dict(config).items():
+            if isinstance(value, int):
+                assert value <= config_to_dict(full[folder])[name], (folder, name)
 
 
 def test_maddpg_is_a_second_marl_where_it_can_be():

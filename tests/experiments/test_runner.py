@@ -6,6 +6,8 @@ import time
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
+import numpy as np
 import pytest
 from problems import tiny_config
 
@@ -76,6 +78,19 @@ def test_a_run_interrupted_before_its_first_checkpoint_starts_over(finished, tmp
     monkeypatch.undo()
     runner.resume(tmp_path / "cut")
     assert bytes_of(tmp_path / "cut") == bytes_of(finished)
+
+
+@pytest.mark.parametrize("number", [1, 3, 4])
+@pytest.mark.parametrize("together", [None, 2])
+def test_every_seed_is_computed_with_its_own_state_in_the_order_of_seeds(number, together):
+    seeds, states = jnp.arange(5, 5 + number), jnp.arange(2.0 * number).reshape(number, 2)
+
+    def function(seed, state):
+        return {"seed": seed, "sum": seed + jnp.sum(state)}
+
+    after = runner.over_seeds(together, function, seeds, states)
+    np.testing.assert_array_equal(after["seed"], seeds)
+    np.testing.assert_array_equal(after["sum"], [5 + n + 2 * n + (2 * n + 1) for n in range(number)])
 
 
 def test_resuming_a_finished_run_changes_nothing(finished):

@@ -47,6 +47,13 @@ class ContinuousMAIRL(eqx.Module):
         )
         return ContinuousMAIRLState(parameters, self.solver.init(policy_key), self.optimiser.init(parameters))
 
+    def modelled_rewards(self, parameters: Sides[Any]) -> Sides[TransitionReward]:
+        """r^θ_l + r_li and r^θ_e."""
+        return Sides(
+            lambda seen: self.rewards.learner(parameters.learner, seen) + self.own_reward(seen),
+            lambda seen: self.rewards.expert(parameters.expert, seen),
+        )
+
     def update(
         self, state: ContinuousMAIRLState, demonstrations: Transition, key: PRNGKeyArray
     ) -> ContinuousMAIRLState:
@@ -55,12 +62,8 @@ class ContinuousMAIRL(eqx.Module):
 
         def one_step(number: Array, carry: tuple[Any, Sides[Ascent], Any]) -> tuple[Any, Any, Any]:
             parameters, solution, optimiser = carry
-            modelled_rewards: Sides[TransitionReward] = Sides(
-                lambda seen: self.rewards.learner(parameters.learner, seen) + self.own_reward(seen),
-                lambda seen: self.rewards.expert(parameters.expert, seen),
-            )
             solution, _ = self.solver.ascend(
-                solution, modelled_rewards, jax.random.fold_in(key, number), self.solver_steps
+                solution, self.modelled_rewards(parameters), jax.random.fold_in(key, number), self.solver_steps
             )
             episodes = episodes_from(self.solver.game, policies_of(solution), starts)
 

@@ -88,12 +88,20 @@ class Pathwise(eqx.Module):
         reset_key, *keys = jax.random.split(key, 3)
         observations = self.game.observe(self.game.reset(reset_key))
 
-        def fresh(side: str, one: PRNGKeyArray) -> Ascent:
+        def fresh(side: str, one: PRNGKeyArray) -> PolicyNetwork:
             observation, actions = getattr(observations, side), getattr(self.game.action_size, side)
-            policy: Any = PolicyNetwork.create(observation.shape[0], actions, self.hidden, one)
+            return PolicyNetwork.create(observation.shape[0], actions, self.hidden, one)
+
+        return self.init_at(Sides(fresh("learner", keys[0]), fresh("expert", keys[1])))
+
+    def init_at(self, policies: Sides[PolicyNetwork]) -> Sides[Ascent]:
+        """Ascents that begin at `policies`, with optimisers that remember nothing."""
+
+        def fresh(side: str) -> Ascent:
+            policy: Any = getattr(policies, side)
             return Ascent(policy, getattr(self.optimiser, side).init(policy))
 
-        return Sides(fresh("learner", keys[0]), fresh("expert", keys[1]))
+        return Sides(fresh("learner"), fresh("expert"))
 
     def ascend(
         self, state: Sides[Ascent], rewards: Sides[TransitionReward], key: PRNGKeyArray, steps: int
@@ -121,6 +129,12 @@ class Pathwise(eqx.Module):
             return Sides(learner, expert), Progress(values, norms)
 
         return jax.lax.scan(one_step, state, jax.random.split(key, steps))
+
+    def settle(
+        self, policies: Sides[PolicyNetwork], rewards: Sides[TransitionReward], key: PRNGKeyArray, steps: int
+    ) -> Sides[PolicyNetwork]:
+        """The pair that `steps` steps lead to from `policies`, with optimisers that remember nothing."""
+        return policies_of(self.ascend(self.init_at(policies), rewards, key, steps)[0])
 
     def respond(
         self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, key: PRNGKeyArray, steps: int

@@ -97,6 +97,9 @@ class ContinuousConfig:
     model_response_steps: int = Field(default=50, ge=0)
     """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
     each remembered policy, before it is compared."""
+    settling_steps: int = Field(default=0, ge=0)
+    """Solver steps after the last iteration, under the last rewards, that the policies at the end come from (not in
+    paper)."""
     training_steps: int = Field(default=1000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     maddpg_episodes: int = Field(default=800, ge=1)

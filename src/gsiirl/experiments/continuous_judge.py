@@ -4,7 +4,7 @@ Everything reported is measured on the same `evaluation_episodes` initial states
 iteration. Returns are undiscounted sums under the true rewards.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -26,6 +26,8 @@ EVALUATION_KEY = 20261125
 """Of the initial states that all figures are measured on, and of the transitions that rewards are compared over."""
 COMPARED = 4000
 SAMPLE_PATHS = 12
+TRIED = 0.5
+"""Share of a best response's steps that every start takes, before the search goes on with the most promising one."""
 
 
 class Judge:
@@ -84,33 +86,48 @@ class Judge:
         reward = self.problem.dependent_reward
         return pearson(lambda seen: reward(fitted, seen), self.problem.dependent_value, self._sample)
 
-    def best_response(self, policies: Sides[PolicyNetwork], habit: PolicyNetwork, key: PRNGKeyArray) -> PolicyNetwork:
-        """The better, for the true expert, of its habit trained on and of a fresh policy trained from scratch."""
+    def best_response(
+        self, learner_policy: PolicyNetwork, habits: Sequence[PolicyNetwork], key: PRNGKeyArray
+    ) -> PolicyNetwork:
+        """The true expert's best response to a learner's policy, searched for from `habits` and from scratch."""
+        reward = self.problem.true_expert_reward
 
-        def trained(start: Ascent) -> PolicyNetwork:
-            return self._response(policies.learner, start, key)
+        def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
+            return self._tester.respond(learner_policy, reward, start, key, steps)
 
         def worth(policy: PolicyNetwork) -> Array:
-            return self.returns(self.episodes(Sides(policies.learner, policy))).expert
+            return self.returns(self.episodes(Sides(learner_policy, policy))).expert
 
-        return _best(trained, worth, self._tester.init(key).expert, habit)
-
-    def _response(self, learner_policy: PolicyNetwork, start: Ascent, key: PRNGKeyArray) -> PolicyNetwork:
-        """What the true expert comes to from `start`."""
-        reward, steps = self.problem.true_expert_reward, self.config.training_steps
-        return self._tester.respond(learner_policy, reward, start, key, steps).policy
+        return self._best(climb, worth, self._tester.init(key).expert, habits, key)
 
     def best_answer(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> PolicyNetwork:
         """Likewise the learner's, under the true rewards, to the expert's policy."""
-        reward, steps = self.problem.true_rewards.learner, self.config.training_steps
+        reward = self.problem.true_rewards.learner
 
-        def trained(start: Ascent) -> PolicyNetwork:
-            return self._tester.answer(policies.expert, reward, start, key, steps).policy
+        def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
+            return self._tester.answer(policies.expert, reward, start, key, steps)
 
         def worth(policy: PolicyNetwork) -> Array:
             return self.returns(self.episodes(Sides(policy, policies.expert))).learner
 
-        return _best(trained, worth, self._tester.init(key).learner, policies.learner)
+        return self._best(climb, worth, self._tester.init(key).learner, [policies.learner], key)
+
+    def _best(
+        self,
+        climb: Callable[[Ascent, PRNGKeyArray, int], Ascent],
+        worth: Callable[[PolicyNetwork], Array],
+        fresh: Ascent,
+        habits: Sequence[PolicyNetwork],
+        key: PRNGKeyArray,
+    ) -> PolicyNetwork:
+        """What `training_steps` lead to from whichever start is worth most after the first `TRIED` of them."""
+        trial_key, rest_key = jax.random.split(key)
+        starts = jax.tree.map(lambda *each: jnp.stack(each), fresh, *(Ascent(one, fresh.optimiser) for one in habits))
+        trial = int(TRIED * self.config.training_steps)
+        tried = jax.vmap(lambda start: climb(start, trial_key, trial))(starts)
+        best = jnp.argmax(jax.vmap(worth)(tried.policy))
+        promising = jax.tree.map(lambda each: each[best], tried)
+        return climb(promising, rest_key, self.config.training_steps - trial).policy
 
     def true_play(self, key: PRNGKeyArray) -> Sides[Ascent]:
         """What MARL comes to after `training_steps` with both true rewards."""
@@ -147,25 +164,13 @@ class Judge:
         """What an untrained learner earns when the true expert has trained against it."""
         untrained = self._tester.init(key)
         learner_policy = untrained.learner.policy
-        met = Sides(learner_policy, self._response(learner_policy, untrained.expert, key))
+        met = Sides(learner_policy, self.best_response(learner_policy, (), key))
         return named("random", self.returns(self.episodes(met)))
 
     def paths(self, policies: Sides[PolicyNetwork]) -> dict[str, Array]:
         """Columns of a few sample episodes."""
         starts = jax.tree.map(lambda leaf: leaf[:SAMPLE_PATHS], self.starts)
         return self.problem.paths(episodes_from(self.problem.game, policies, starts))
-
-
-def _best(
-    trained: Callable[[Ascent], PolicyNetwork],
-    worth: Callable[[PolicyNetwork], Array],
-    fresh: Ascent,
-    habit: PolicyNetwork,
-) -> PolicyNetwork:
-    """The better of `fresh` trained and of `habit` trained on, with as fresh an optimiser."""
-    starts = jax.tree.map(lambda *each: jnp.stack(each), Ascent(habit, fresh.optimiser), fresh)
-    found = jax.vmap(trained)(starts)
-    return jax.tree.map(lambda each: each[jnp.argmax(jax.vmap(worth)(found))], found)
 
 
 def _alone(episode: Transition) -> Transition:

@@ -12,13 +12,13 @@ from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLS
 from gsiirl.continuous_expert import ContinuousRespondingExpert, Habits
 from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, TwinBranches
 from gsiirl.equilibria.maddpg import Maddpg, MaddpgState
-from gsiirl.equilibria.pathwise import Ascent, episodes_from, policies_of
+from gsiirl.equilibria.pathwise import Ascent, TransitionReward, episodes_from, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of
 from gsiirl.experiments.continuous import ContinuousConfig
 from gsiirl.experiments.continuous_judge import Judge
 from gsiirl.experiments.continuous_problem import ContinuousProblem
-from gsiirl.experiments.continuous_solvers import FOLLOWING_RATE, responder_of, solver_of
+from gsiirl.experiments.continuous_solvers import FOLLOWING_RATE, TRAINED_RATE, responder_of, solver_of
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.games.rollout import initial_states
 from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit
@@ -69,8 +69,10 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     learner = _learner(config, problem)
     expert = _expert(config, problem)
 
-    def observe(state: ContinuousState, played: PolicyNetwork, answer: PolicyNetwork) -> Record:
-        record, modelled, real = judge.play(policies_of(state.solution), Sides(played, answer))
+    def observe(
+        state: ContinuousState, model: Sides[PolicyNetwork], played: PolicyNetwork, answer: PolicyNetwork
+    ) -> Record:
+        record, modelled, real = judge.play(model, Sides(played, answer))
         return {
             **record,
             **judge.expert_reward(state.expert_parameters, modelled, real),
@@ -89,28 +91,47 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first + offset))
             played = learner.propose(state)
             habits, seen = expert.demonstrate(habits, played, config.trajectories, demonstration_key)
-            record = observe(state, played, habits.policy) | {"exploring": learner.explores(state).astype(jnp.float32)}
+            record = observe(state, policies_of(state.solution), played, habits.policy)
+            record |= {"exploring": learner.explores(state).astype(jnp.float32)}
             return (learner.update(state, played, seen, update_key), habits), record
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
     def finish(carry: tuple[ContinuousState, Habits], key: PRNGKeyArray) -> Ending:
         state, habits = carry
-        answer = judge.best_response(policies_of(state.solution), habits.policy, key)
+        settle_key, response_key = jax.random.split(key)
+        rewards = learner.rewards(state.commitment, state.expert_parameters)
+        model = _settled(config, problem, state.solution, rewards, settle_key)
+        answer = judge.best_response(model.learner, (habits.policy, model.expert), response_key)
         learned = {
             "expert_reward": state.expert_parameters,
             "dependent_reward": learner.fitted_dependent_reward(state),
             "commitment": state.commitment,
         }
         return Ending(
-            observe(state, learner.policy(state), answer) | {"exploring": jnp.zeros((), jnp.float32)},
-            judge.paths(Sides(learner.policy(state), answer)),
+            observe(state, model, model.learner, answer) | {"exploring": jnp.zeros((), jnp.float32)},
+            judge.paths(Sides(model.learner, answer)),
             learned,
             problem.reward_map(state.expert_parameters),
-            weights_of(learner=learner.policy(state), expert=state.solution.expert.policy, response=answer),
+            weights_of(learner=model.learner, expert=model.expert, response=answer),
         )
 
     return Algorithm(init, advance, finish)
+
+
+def _settled(
+    config: ContinuousConfig,
+    problem: ContinuousProblem,
+    solution: Sides[Ascent],
+    rewards: Sides[TransitionReward],
+    key: PRNGKeyArray,
+) -> Sides[PolicyNetwork]:
+    """The pair that a learner ends with: its forward model, trained on under the last rewards as MARL trains.
+
+    In the iterations it follows rewards that move; it settles as its rate and the noise fall under rewards that stay.
+    """
+    trainer = solver_of(config, problem, config.settling_steps, TRAINED_RATE)
+    return trainer.settle(policies_of(solution), rewards, key, config.settling_steps)
 
 
 def _expert(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousRespondingExpert:
@@ -189,8 +210,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     )
     expert = _expert(config, problem)
 
-    def observe(state: ContinuousMAIRLState, answer: PolicyNetwork) -> Record:
-        model = policies_of(state.solution)
+    def observe(state: ContinuousMAIRLState, model: Sides[PolicyNetwork], answer: PolicyNetwork) -> Record:
         record, modelled, real = judge.play(model, Sides(model.learner, answer))
         asked = jnp.asarray(float(config.trajectories * config.iterations), jnp.float32)
         return {
@@ -213,18 +233,19 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             starts = initial_states(problem.game, start_key, config.trajectories)
             seen = episodes_from(problem.game, true_play, starts)
             habits = expert.adapt(habits, state.solution.learner.policy, expert_key)
-            record = observe(state, habits.policy)
+            record = observe(state, policies_of(state.solution), habits.policy)
             return (ma_irl.update(state, seen, update_key), true_play, habits), record
 
         return jax.lax.scan(one_iteration, state, jnp.arange(number))
 
     def finish(carry: PyTree, key: PRNGKeyArray) -> Ending:
         state, _, habits = carry
-        model = policies_of(state.solution)
-        answer = judge.best_response(model, habits.policy, key)
+        settle_key, response_key = jax.random.split(key)
+        model = _settled(config, problem, state.solution, ma_irl.modelled_rewards(state.parameters), settle_key)
+        answer = judge.best_response(model.learner, (habits.policy, model.expert), response_key)
         learned = {"expert_reward": state.parameters.expert, "commitment": state.parameters.learner}
         return Ending(
-            observe(state, answer),
+            observe(state, model, answer),
             judge.paths(Sides(model.learner, answer)),
             learned,
             problem.reward_map(state.parameters.expert),
@@ -253,7 +274,7 @@ def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) ->
 
     def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
         policies = policies_in(state)
-        response = judge.best_response(policies, policies.expert, key)
+        response = judge.best_response(policies.learner, (policies.expert,), key)
         return Ending(
             observe(policies, response) | judge.exploitability(policies, response, key),
             judge.paths(Sides(policies.learner, response)),

@@ -31,13 +31,18 @@ class DeceptionConfig(ContinuousConfig):
     square_decay: float = Field(default=0.99, ge=0, lt=1)
     """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2); of `gsiirl`
     and `ma-irl`."""
-    solver_steps: int = Field(default=60, ge=1)
+    compared: int = Field(default=16, ge=1)
+    """Trajectories of each remembered interaction that a step of the lower level compares."""
+    solver_steps: int = Field(default=50, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    response_steps: int = Field(default=200, ge=1)
+    response_steps: int = Field(default=100, ge=1)
     """Steps that the real expert takes towards its best response in each interaction, from its policies of the last."""
     model_response_steps: int = Field(default=100, ge=0)
     """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
     each remembered policy, before it is compared."""
+    settling_steps: int = Field(default=5000, ge=0)
+    """Solver steps after the last iteration, under the last rewards, that the policies at the end come from (not in
+    paper)."""
     training_steps: int = Field(default=5000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     variant: Literal["mpe", "separate_target"] = "mpe"

@@ -40,7 +40,7 @@ GAMES = (
     ReproducedGame("security-zero-sum", SecurityConfig, {"graph_seed": 0, "variant": "zero_sum"}, {"iterations": 5}),
     ReproducedGame("security-general-sum", SecurityConfig, {"graph_seed": 0, "variant": "general_sum"}, None),
     ReproducedGame("crossing", CrossingConfig, {}, QUICK_CONTINUOUS),
-    ReproducedGame("deception", DeceptionConfig, {"variant": "mpe"}, QUICK_CONTINUOUS),
+    ReproducedGame("deception", DeceptionConfig, {"variant": "mpe"}, {**QUICK_CONTINUOUS, "settling_steps": 200}),
 )
 
 

@@ -1,6 +1,7 @@
-"""Running an experiment: seeds vmapped, iterations in chunks, a checkpoint after every chunk."""
+"""Running an experiment: seeds vmapped in groups, iterations in chunks, a checkpoint after every chunk."""
 
 import importlib.metadata
+import math
 import pkgutil
 import platform
 import time
@@ -24,8 +25,11 @@ from gsiirl.runs import Checkpoint, RunFolder, summarise
 
 ANOTHER_VERSION = "it is of another version: begin the run anew in another folder"
 
-COMPILER_OPTIONS = {"cpu": {"xla_backend_optimization_level": 1}, "gpu": {}}
-"""Of the programs of a run, by device. On a CPU they compile in two thirds of the time, and run as fast."""
+COMPILER_OPTIONS = {"cpu": {"xla_backend_optimization_level": 1, "xla_cpu_prefer_vector_width": 512}, "gpu": {}}
+"""Of the programs of a run, by device. On a CPU they compile in two thirds of the time, and run as fast or faster."""
+
+SEEDS_TOGETHER = {"cpu": 2, "gpu": None}
+"""Of how many seeds a device computes at a time; None for all. On a CPU more would not fit its caches."""
 
 Told = Callable[[int, int], None]
 """Who is told how many iterations are done, and of how many."""
@@ -74,11 +78,12 @@ def _go_on(
     seeds = jnp.arange(config.first_seed, config.first_seed + config.seeds)
     algorithm, iterations = prepared.algorithm, prepared.iterations
     compiled = partial(jax.jit, compiler_options=COMPILER_OPTIONS[config.device])
-    init = compiled(jax.vmap(lambda seed: algorithm.init(_keys(seed)[0])))
+    every = partial(over_seeds, SEEDS_TOGETHER[config.device])
+    init = compiled(lambda seeds: every(lambda seed: algorithm.init(_keys(seed)[0]), seeds))
     references = {name: float(value) for name, value in compiled(lambda: prepared.references())().items()}
 
     def advance(states: PyTree, first: Array, number: int) -> tuple[PyTree, Record]:
-        return jax.vmap(lambda seed, state: algorithm.advance(state, _keys(seed)[1], first, number))(seeds, states)
+        return every(lambda seed, state: algorithm.advance(state, _keys(seed)[1], first, number), seeds, states)
 
     advance = compiled(advance, static_argnums=2)
     if checkpoint is None:
@@ -96,9 +101,21 @@ def _go_on(
             iteration, chunk = iteration + number, chunk + 1
             folder.save_checkpoint(_stored(states), iteration, chunk)
             tell(iteration, iterations)
-        ending = compiled(jax.vmap(lambda seed, state: algorithm.finish(state, _keys(seed)[2])))(seeds, states)
+        finish = compiled(
+            lambda states: every(lambda seed, state: algorithm.finish(state, _keys(seed)[2]), seeds, states)
+        )
+        ending = finish(states)
         _finish(folder, prepared, ending, seeds, chunk, references)
     folder.write_environment(_environment(time.perf_counter() - began, checkpoint is not None))
+
+
+def over_seeds(together: int | None, function: Callable[..., PyTree], seeds: Array, *states: PyTree) -> PyTree:
+    """What `function` makes of every seed (and its state), vmapped over `together` of them at a time."""
+    if together is None:
+        return jax.vmap(function)(seeds, *states)
+    # A group that is not full would be a program of its own, and compiled apart.
+    size = math.gcd(together, len(seeds))
+    return jax.lax.map(lambda each: function(*each), (seeds, *states), batch_size=size)
 
 
 def _finish(

@@ -1,7 +1,8 @@
 """Runs of a plan at the same time, each in a process of its own.
 
 A run uses about one core, and much of a short one is compilation. A process takes one run, so that a run's memory goes
-with it.
+with it, and keeps to its share of the cores: runs that spread over all of them spend much of the time on waiting for
+each other.
 """
 
 import os
@@ -28,6 +29,7 @@ class Started(NamedTuple):
     process: BaseProcess
     heard: Any
     bar: rich.progress.TaskID
+    cores: set[int]
 
 
 def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
@@ -37,30 +39,37 @@ def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
         InputError: as the run that cannot be done raised it.
         RuntimeError: the process of a run ended before the run did.
     """
-    waiting, started = list(planned), dict[Any, Started]()
+    waiting, started, free = list(planned), dict[Any, Started](), _shares(jobs)
     with ExitStack() as at_the_end:
         progress = at_the_end.enter_context(runner.progress_bars())
         at_the_end.callback(lambda: _stop(list(started.values())))
         whole = progress.add_task(f"all {len(planned)} runs", total=len(planned))
         while waiting or started:
             while waiting and len(started) < jobs:
-                each = _start(waiting.pop(0), progress)
+                each = _start(waiting.pop(0), free.pop(), progress)
                 started[each.heard] = each
             for heard in connection.wait(list(started)):
                 each = started[heard]
                 if not _listen(each, progress):
                     _ended(started.pop(heard))
+                    free.append(each.cores)
                     progress.advance(whole)
 
 
-def _start(run: PlannedRun, progress: rich.progress.Progress) -> Started:
+def _shares(jobs: int) -> list[set[int]]:
+    """The cores that each of `jobs` runs keeps to; none are named where there are too few, or nobody knows them."""
+    cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
+    return [set(cores[job::jobs]) if jobs <= len(cores) else set() for job in range(jobs)]
+
+
+def _start(run: PlannedRun, cores: set[int], progress: rich.progress.Progress) -> Started:
     context = get_context("spawn")
     heard, telling = context.Pipe(duplex=False)
-    process = context.Process(target=_in_own_process, args=(*run, telling), daemon=True)
+    process = context.Process(target=_in_own_process, args=(*run, cores, telling), daemon=True)
     process.start()
     # Only the run's process holds this end now, so that its end shows.
     telling.close()
-    return Started(run, process, heard, progress.add_task(runner.title(run.config), total=None))
+    return Started(run, process, heard, progress.add_task(runner.title(run.config), total=None), cores)
 
 
 def _listen(each: Started, progress: rich.progress.Progress) -> bool:
@@ -89,7 +98,10 @@ def _stop(running: list[Started]) -> None:
         each.process.join()
 
 
-def _in_own_process(folder: Path, config: ExperimentConfig, telling: Any) -> None:
+def _in_own_process(folder: Path, config: ExperimentConfig, cores: set[int], telling: Any) -> None:
+    if cores:
+        # Before the first array, which counts the cores.
+        os.sched_setaffinity(0, cores)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with telling:
         try:
