@@ -130,7 +130,6 @@ def test_how_much_hands_shake_depends_on_the_steps_that_were_taken_and_not_on_th
     assert first_return(solve, later) == pytest.approx(first_return(still, later), rel=1e-5)
 
 
-@pytest.mark.slow
 def test_a_pair_settles_from_where_it_is_and_with_a_rate_of_its_own_beginning():
     solve, key = solver(), jax.random.key(4)
     state = solve.ascend(solve.init(jax.random.key(3)), TRUE, jax.random.key(5), 3)[0]
@@ -142,6 +141,7 @@ def test_a_pair_settles_from_where_it_is_and_with_a_rate_of_its_own_beginning():
     jax.tree.map(np.testing.assert_array_equal, solve.settle(policies_of(state), TRUE, key, 2), expected)
 
 
+@pytest.mark.slow
 def test_vmapped_seeds_equal_looped_seeds():
     solve = solver(expert_steps=2, noise=0.3)
     keys = jax.random.split(jax.random.key(0), 2)

@@ -10,7 +10,7 @@ import pytest
 from problems import tiny_config
 
 from gsiirl.errors import InputError
-from gsiirl.experiments import runner
+from gsiirl.experiments import runner, side_by_side
 from gsiirl.experiments.config import config_to_dict
 from gsiirl.experiments.plan import PlannedRun, carry_out, check_folders, failed_seeds
 from gsiirl.experiments.security import SecurityConfig
@@ -113,6 +113,19 @@ def test_failed_seeds_are_named_by_run(done, tmp_path):
     for (folder, _), failed in zip(runs, ([], [3, 5]), strict=True):
         RunFolder.open(folder).write_summary({"failed_seeds": failed})
     assert failed_seeds(runs) == {runs[1].folder: [3, 5]}
+
+
+@pytest.mark.parametrize(
+    ("cores", "jobs", "expected"),
+    [
+        ([3, 5], 2, [{3}, {5}]),
+        ([0, 1, 2, 3], 3, [{0, 3}, {1}, {2}]),
+        ([0, 1], 3, [{0, 1}] * 3),
+    ],
+)
+def test_every_run_has_cores_of_its_own_where_there_are_enough(monkeypatch, cores, jobs: int, expected):
+    monkeypatch.setattr(side_by_side, "cores", lambda: cores)
+    assert side_by_side.shares(jobs) == expected
 
 
 def test_an_error_of_bad_input_comes_whole_out_of_another_process():

@@ -133,7 +133,10 @@ class Pathwise(eqx.Module):
     def settle(
         self, policies: Sides[PolicyNetwork], rewards: Sides[TransitionReward], key: PRNGKeyArray, steps: int
     ) -> Sides[PolicyNetwork]:
-        """The pair that `steps` steps lead to from `policies`, with optimisers that remember nothing."""
+        """The pair that `steps` steps lead to from `policies`, with optimisers that remember nothing.
+
+        Its rate and noise fall over this solver's `decay_steps`.
+        """
         return policies_of(self.ascend(self.init_at(policies), rewards, key, steps)[0])
 
     def respond(

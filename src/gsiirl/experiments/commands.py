@@ -1,7 +1,6 @@
 """The commands that run an experiment. `gsiirl.cli` imports this module only when one of them is asked for."""
 
 import inspect
-import os
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -120,10 +119,10 @@ def reproduce(
     Finished runs in DIR are kept and an interrupted one is gone on with.
     """
     number = load_config(SecurityConfig, {"seeds": (2 if quick else 10) if seeds is None else seeds}, flag).seeds
-    at_a_time = min(os.cpu_count() or 1, 4) if jobs is None else at_least_one("--jobs", jobs)
-    from gsiirl.experiments.plan import carry_out, check_folders, failed_seeds
+    from gsiirl.experiments.plan import carry_out, check_folders, cores, failed_seeds
     from gsiirl.experiments.reproduce import plan
 
+    at_a_time = min(len(cores()), 4) if jobs is None else at_least_one("--jobs", jobs)
     planned = plan(out, number, quick, maddpg)
     # Before anything slow is imported, so that bad input is answered at once.
     check_folders(planned)

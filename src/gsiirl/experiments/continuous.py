@@ -85,7 +85,8 @@ class ContinuousConfig:
     batch: int = Field(default=64, ge=1)
     """Episodes of a gradient step of the solver."""
     learning_rate: float = Field(default=3e-3, gt=0)
-    """Adam's first step on the policy networks; it falls to a tenth, and in training at once to a fiftieth."""
+    """Adam's first step on the policy networks; it falls to a tenth, and in training at once, as in settling, to a
+    fiftieth."""
     noise: float = Field(default=0.0, ge=0)
     """Standard deviation of the noise on both sides' actions, before the outer tanh, while the solver learns."""
     expert_steps: int = Field(default=2, ge=1)
@@ -98,8 +99,8 @@ class ContinuousConfig:
     """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
     each remembered policy, before it is compared."""
     settling_steps: int = Field(default=0, ge=0)
-    """Solver steps after the last iteration, under the last rewards, that the policies at the end come from (not in
-    paper)."""
+    """Solver steps that the forward model takes after the last iteration, under the last rewards, before its policies
+    are judged and kept; not of `marl` (not in paper)."""
     training_steps: int = Field(default=1000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     maddpg_episodes: int = Field(default=800, ge=1)

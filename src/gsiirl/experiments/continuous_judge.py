@@ -87,9 +87,9 @@ class Judge:
         return pearson(lambda seen: reward(fitted, seen), self.problem.dependent_value, self._sample)
 
     def best_response(
-        self, learner_policy: PolicyNetwork, habits: Sequence[PolicyNetwork], key: PRNGKeyArray
+        self, learner_policy: PolicyNetwork, known: Sequence[PolicyNetwork], key: PRNGKeyArray
     ) -> PolicyNetwork:
-        """The true expert's best response to a learner's policy, searched for from `habits` and from scratch."""
+        """The true expert's best response to a learner's policy, searched for from `known` ones and from scratch."""
         reward = self.problem.true_expert_reward
 
         def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
@@ -98,7 +98,7 @@ class Judge:
         def worth(policy: PolicyNetwork) -> Array:
             return self.returns(self.episodes(Sides(learner_policy, policy))).expert
 
-        return self._best(climb, worth, self._tester.init(key).expert, habits, key)
+        return self._best(climb, worth, self._tester.init(key).expert, known, key)
 
     def best_answer(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> PolicyNetwork:
         """Likewise the learner's, under the true rewards, to the expert's policy."""
@@ -117,12 +117,12 @@ class Judge:
         climb: Callable[[Ascent, PRNGKeyArray, int], Ascent],
         worth: Callable[[PolicyNetwork], Array],
         fresh: Ascent,
-        habits: Sequence[PolicyNetwork],
+        known: Sequence[PolicyNetwork],
         key: PRNGKeyArray,
     ) -> PolicyNetwork:
         """What `training_steps` lead to from whichever start is worth most after the first `TRIED` of them."""
         trial_key, rest_key = jax.random.split(key)
-        starts = jax.tree.map(lambda *each: jnp.stack(each), fresh, *(Ascent(one, fresh.optimiser) for one in habits))
+        starts = jax.tree.map(lambda *each: jnp.stack(each), fresh, *(Ascent(one, fresh.optimiser) for one in known))
         trial = int(TRIED * self.config.training_steps)
         tried = jax.vmap(lambda start: climb(start, trial_key, trial))(starts)
         best = jnp.argmax(jax.vmap(worth)(tried.policy))

@@ -197,8 +197,8 @@ def _hypergradient(config: ContinuousConfig) -> AbstractEstimator | TwinBranches
 
 
 def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
-    # As many solver steps an iteration as GSIIRL's forward model takes, spread over the matching steps.
-    between = max(1, config.solver_steps // config.inner_steps)
+    # At least as many solver steps an iteration as GSIIRL's forward model takes, spread over the matching steps.
+    between = math.ceil(config.solver_steps / config.inner_steps)
     ma_irl = ContinuousMAIRL(
         solver=solver_of(config, problem, config.iterations * config.inner_steps * between, FOLLOWING_RATE),
         own_reward=problem.own_reward,

@@ -22,7 +22,8 @@ class DeceptionConfig(ContinuousConfig):
     expert_steps: int = Field(default=1, ge=1)
     """Steps that the solver's expert takes for each of the learner's."""
     learning_rate: float = Field(default=5e-3, gt=0)
-    """Adam's first step on the policy networks; it falls to a tenth, and in training at once to a fiftieth."""
+    """Adam's first step on the policy networks; it falls to a tenth, and in training at once, as in settling, to a
+    fiftieth."""
     remembering: Literal["latest", "uniform"] = "uniform"
     """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
     exploring: bool = True
@@ -35,14 +36,12 @@ class DeceptionConfig(ContinuousConfig):
     """Trajectories of each remembered interaction that a step of the lower level compares."""
     solver_steps: int = Field(default=50, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    response_steps: int = Field(default=100, ge=1)
-    """Steps that the real expert takes towards its best response in each interaction, from its policies of the last."""
     model_response_steps: int = Field(default=100, ge=0)
     """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
     each remembered policy, before it is compared."""
     settling_steps: int = Field(default=5000, ge=0)
-    """Solver steps after the last iteration, under the last rewards, that the policies at the end come from (not in
-    paper)."""
+    """Solver steps that the forward model takes after the last iteration, under the last rewards, before its policies
+    are judged and kept; not of `marl` (not in paper)."""
     training_steps: int = Field(default=5000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     variant: Literal["mpe", "separate_target"] = "mpe"

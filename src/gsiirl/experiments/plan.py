@@ -1,5 +1,6 @@
 """Several runs, each into a folder of its own; what is done is kept when they are begun again."""
 
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -72,6 +73,11 @@ def do(planned: PlannedRun, told: Callable[[int, int], None] | None = None) -> N
     else:
         _clear(folder)
         runner.run(config, folder, told)
+
+
+def cores() -> list[int]:
+    """The processor cores that this process may use, by number where the system tells."""
+    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [*range(os.cpu_count() or 1)]
 
 
 def failed_seeds(planned: Sequence[PlannedRun]) -> dict[Path, list[int]]:

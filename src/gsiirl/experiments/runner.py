@@ -110,10 +110,10 @@ def _go_on(
 
 
 def over_seeds(together: int | None, function: Callable[..., PyTree], seeds: Array, *states: PyTree) -> PyTree:
-    """What `function` makes of every seed (and its state), vmapped over `together` of them at a time."""
+    """What `function` makes of every seed (and its state), vmapped over `together`, or as many as divide all."""
     if together is None:
         return jax.vmap(function)(seeds, *states)
-    # A group that is not full would be a program of its own, and compiled apart.
+    # A last group that is not full would be a program of its own, and compiled apart.
     size = math.gcd(together, len(seeds))
     return jax.lax.map(lambda each: function(*each), (seeds, *states), batch_size=size)
 
@@ -140,7 +140,7 @@ def _finish(
 
 
 def _keys(seed: Array) -> Key[Array, " 3"]:
-    """A seed's keys for initialisation, for its iterations, and for sample paths."""
+    """A seed's keys for initialisation, for its iterations, and for its end."""
     return jax.random.split(jax.random.key(seed), 3)
 
 

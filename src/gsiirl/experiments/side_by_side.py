@@ -2,7 +2,7 @@
 
 A run uses about one core, and much of a short one is compilation. A process takes one run, so that a run's memory goes
 with it, and keeps to its share of the cores: runs that spread over all of them spend much of the time on waiting for
-each other.
+each other. The last run of all keeps to its share too.
 """
 
 import os
@@ -19,7 +19,7 @@ import rich.progress
 from gsiirl.errors import InputError
 from gsiirl.experiments import runner
 from gsiirl.experiments.config import ExperimentConfig
-from gsiirl.experiments.plan import PlannedRun, do, is_finished
+from gsiirl.experiments.plan import PlannedRun, cores, do, is_finished
 
 
 class Started(NamedTuple):
@@ -29,7 +29,7 @@ class Started(NamedTuple):
     process: BaseProcess
     heard: Any
     bar: rich.progress.TaskID
-    cores: set[int]
+    share: set[int]
 
 
 def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
@@ -39,7 +39,7 @@ def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
         InputError: as the run that cannot be done raised it.
         RuntimeError: the process of a run ended before the run did.
     """
-    waiting, started, free = list(planned), dict[Any, Started](), _shares(jobs)
+    waiting, started, free = list(planned), dict[Any, Started](), shares(min(jobs, len(planned)))
     with ExitStack() as at_the_end:
         progress = at_the_end.enter_context(runner.progress_bars())
         at_the_end.callback(lambda: _stop(list(started.values())))
@@ -52,24 +52,24 @@ def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
                 each = started[heard]
                 if not _listen(each, progress):
                     _ended(started.pop(heard))
-                    free.append(each.cores)
+                    free.append(each.share)
                     progress.advance(whole)
 
 
-def _shares(jobs: int) -> list[set[int]]:
-    """The cores that each of `jobs` runs keeps to; none are named where there are too few, or nobody knows them."""
-    cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
-    return [set(cores[job::jobs]) if jobs <= len(cores) else set() for job in range(jobs)]
+def shares(jobs: int) -> list[set[int]]:
+    """The cores that each of `jobs` runs keeps to: every one's own, or all where they are fewer than runs."""
+    every = cores()
+    return [set(every[job::jobs] if jobs <= len(every) else every) for job in range(jobs)]
 
 
-def _start(run: PlannedRun, cores: set[int], progress: rich.progress.Progress) -> Started:
+def _start(run: PlannedRun, share: set[int], progress: rich.progress.Progress) -> Started:
     context = get_context("spawn")
     heard, telling = context.Pipe(duplex=False)
-    process = context.Process(target=_in_own_process, args=(*run, cores, telling), daemon=True)
+    process = context.Process(target=_in_own_process, args=(*run, share, telling), daemon=True)
     process.start()
     # Only the run's process holds this end now, so that its end shows.
     telling.close()
-    return Started(run, process, heard, progress.add_task(runner.title(run.config), total=None), cores)
+    return Started(run, process, heard, progress.add_task(runner.title(run.config), total=None), share)
 
 
 def _listen(each: Started, progress: rich.progress.Progress) -> bool:
@@ -98,10 +98,10 @@ def _stop(running: list[Started]) -> None:
         each.process.join()
 
 
-def _in_own_process(folder: Path, config: ExperimentConfig, cores: set[int], telling: Any) -> None:
-    if cores:
+def _in_own_process(folder: Path, config: ExperimentConfig, share: set[int], telling: Any) -> None:
+    if hasattr(os, "sched_setaffinity"):
         # Before the first array, which counts the cores.
-        os.sched_setaffinity(0, cores)
+        os.sched_setaffinity(0, share)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with telling:
         try:
