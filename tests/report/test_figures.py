@@ -95,6 +95,19 @@ def test_random_play_far_off_is_told_and_does_not_flatten_the_curves(tmp_path: P
     assert panel.get_ylim()[0] > -10
 
 
+def test_a_run_that_strays_for_a_while_does_not_flatten_the_curves(tmp_path: Path) -> None:
+    for algorithm, strayed in (("gsiirl", -5.0), ("paper", -90.0)):
+        run = RunFolder.create(tmp_path / algorithm, {"experiment": "security", "algorithm": algorithm}, {"name": "g"})
+        returns = np.array([-8.0, strayed, -6.0, -5.0, -5.0])
+        seeds, iterations = np.zeros(5, dtype=int), np.arange(5)
+        run.append_metrics(0, {"seed": seeds, "iteration": iterations, "deployed_return_learner": returns})
+    runs = [ReportedRun.read(tmp_path / algorithm) for algorithm in ("gsiirl", "paper")]
+    figure = draw_returns(group_runs(runs)[0])
+    assert figure is not None
+    low, high = figure.axes[0].get_ylim()
+    assert -10 < low < -8 < -5 < high < -4
+
+
 def test_scatter_plots_hold_every_weight_but_those_of_footholds(group: GameGroup, graph: AttackGraph) -> None:
     with figure_style():
         figure = draw_recovery(group, graph)

@@ -32,8 +32,9 @@ def _returns(group: GameGroup) -> PageFigure | None:
     return figure and PageFigure(
         f"{group.key}-returns",
         "How both sides fare while the learner learns",
-        f"Lines are means over seeds, bands one standard deviation. Look at the upper left panel first: it is what the "
-        f"{learner} really {learner.verb('earns', 'earn')}. The higher the curve, the better; the dashed line is MARL, "
+        "Lines are means over seeds, bands one standard deviation; what strays far for a while is cut off. "
+        f"Look at the upper left panel first: it is what the {learner} really {learner.verb('earns', 'earn')}. "
+        f"The higher the curve, the better; the dashed line is MARL, "
         f"which was given both true rewards. The right column is what the {expert} earns in the same "
         f"encounters.{group.exploring}",
         f"Returns of {learner} and {expert} along the iterations",

@@ -1,5 +1,6 @@
 """Returns of both sides along the iterations (the paper's Figures 2, 3 a and b, and 4)."""
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -31,11 +32,12 @@ def draw_returns(group: GameGroup) -> Figure | None:
     axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, sharey="col")
     learner, expert = group.sides
     words = {"learner": learner, "expert": expert, "expects": learner.verb("expects", "expect")}
+    spans = {side: _span(group, [kind for kind, _ in rows], side) for side in ("learner", "expert")}
     for (kind, meaning), (left, right) in zip(rows, axes, strict=True):
         for panel, side, name in ((left, "learner", learner), (right, "expert", expert)):
-            _draw_panel(panel, group, kind, side)
+            _draw_panel(panel, group, kind, side, spans[side])
             panel.set_title(f"{name.possessive.capitalize()} return", pad=20)
-            panel.annotate(
+            told = panel.annotate(
                 meaning.format(**words),
                 (0, 1),
                 xytext=(0, 6),
@@ -44,6 +46,8 @@ def draw_returns(group: GameGroup) -> Figure | None:
                 color=FAINT_COLOUR,
                 size=9,
             )
+            # Words that are longer than the panel is wide would else make it narrower.
+            told.set_in_layout(False)
     for panel in axes[-1]:
         number_iterations(panel)
     levels = marl_levels(group, "return_learner")
@@ -57,16 +61,40 @@ def _curves(group: GameGroup, kind: str, side: str) -> bool:
     return any(run.curve(f"{kind}_return_{side}") for run in group.learners.values())
 
 
-def _draw_panel(panel: Axes, group: GameGroup, kind: str, side: str) -> None:
-    heights = draw_curves(panel, group, f"{kind}_return_{side}")
+def _span(group: GameGroup, kinds: list[str], side: str) -> tuple[float, float] | None:
+    """The returns that a side's panels have to show, if there are any.
+
+    That is where runs begin, where they mostly are, where they end, and all levels. A run that loses its way for a
+    while would else flatten everything that the figure is for.
+    """
+    heights = [level.value for level in marl_levels(group, f"return_{side}")]
+    for run in group.learners.values():
+        for curve in (run.curve(f"{kind}_return_{side}") for kind in kinds):
+            if curve is not None:
+                mean, std = curve.mean, float(curve.std[-1])
+                heights += [float(mean[0]), float(np.median(mean)), float(mean[-1]) - std, float(mean[-1]) + std]
+    if not heights:
+        return None
+    low, high = min(heights), max(heights)
+    random = random_level(group, f"return_{side}")
+    if random is not None and low - (high - low) <= random.value <= high + (high - low):
+        low, high = min(low, random.value), max(high, random.value)
+    return low, high
+
+
+def _draw_panel(panel: Axes, group: GameGroup, kind: str, side: str, span: tuple[float, float] | None) -> None:
+    draw_curves(panel, group, f"{kind}_return_{side}")
     for level in marl_levels(group, f"return_{side}"):
         draw_level(panel, level)
-        heights.append(level.value)
-    random = random_level(group, f"return_{side}")
-    if random is None or not heights:
+    if span is None:
         return
-    low, high = min(heights), max(heights)
-    if low - (high - low) <= random.value <= high + (high - low):
+    low, high = span
+    margin = 0.08 * (high - low) or 1.0
+    panel.set_ylim(low - margin, high + margin)
+    random = random_level(group, f"return_{side}")
+    if random is None:
+        return
+    if low <= random.value <= high:
         draw_level(panel, random)
     else:
         tell_random_play(panel, random, below=random.value < low)
