@@ -130,6 +130,7 @@ def test_how_much_hands_shake_depends_on_the_steps_that_were_taken_and_not_on_th
     assert first_return(solve, later) == pytest.approx(first_return(still, later), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_pair_settles_from_where_it_is_and_with_a_rate_of_its_own_beginning():
     solve, key = solver(), jax.random.key(4)
     state = solve.ascend(solve.init(jax.random.key(3)), TRUE, jax.random.key(5), 3)[0]

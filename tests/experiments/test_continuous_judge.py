@@ -15,6 +15,7 @@ def judge_of(steps: int) -> Judge:
     return Judge(config, build(config))
 
 
+@pytest.mark.slow
 def test_a_best_response_goes_on_from_the_habit_that_is_worth_most():
     with jax.enable_x64(False):
         key = jax.random.key(0)
