@@ -32,7 +32,7 @@ def tabular_game(dense: oracles.Game, horizon: int = HORIZON) -> TabularGame:
     """A dense game with every state as a possible successor."""
     states = dense.transition.shape[0]
     successors = np.broadcast_to(np.arange(states), dense.transition.shape)
-    return TabularGame.create(successors, dense.transition, dense.initial, horizon)
+    return TabularGame.from_arrays((successors, dense.transition), initial=dense.initial, horizon=horizon)
 
 
 def rewards_of(dense: oracles.Game) -> Sides:

@@ -125,10 +125,10 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         ("run security --out x --seeds 0", "--seeds: cannot be 0; give a whole number of at least 1"),
         ("run security --out x --iterations -1", "--iterations: cannot be -1; give a whole number of at least 0"),
         ("run security --out x --discount 1.5", "--discount: cannot be 1.5; give a number above 0 and at most 1"),
-        ("run security --out x --temperature nan", "--temperature: cannot be nan; give a number above 0"),
-        ("run security --out x --temperature -inf", "--temperature: cannot be -inf; give a number above 0"),
-        ("run security --out x --temperature 0", "--temperature: cannot be 0; give a number above 0"),
-        ("run security --out x --temperature abc", "--temperature: cannot be abc; give a number above 0"),
+        ("run security --out x --temperature nan", "--temperature: cannot be nan; give a number above 0, or unknown"),
+        ("run security --out x --temperature -inf", "--temperature: cannot be -inf; give a number above 0, or unknown"),
+        ("run security --out x --temperature 0", "--temperature: cannot be 0; give a number above 0, or unknown"),
+        ("run security --out x --temperature abc", "--temperature: cannot be abc; give a number above 0, or unknown"),
         ("run security --out x --variant foo", "--variant: cannot be foo; choose general_sum or zero_sum"),
         ("run security --out x --seeds 0 --discount 2", "--seeds: cannot be 0; give a whole number of at least 1"),
         ("run security --out x --learner-no-op=q", "--learner-no-op: cannot be q; see `gsiirl run security --help`"),
@@ -330,7 +330,7 @@ def test_list_names_what_is_known(capsys: pytest.CaptureFixture[str]):
     assert main(["list"]) == 0
     known = {line.split()[0]: line.split(maxsplit=1)[1] for line in capsys.readouterr().out.splitlines()}
     assert list(known) == ["experiments", "scenarios", "algorithms", "solvers", "experts"]
-    assert known["experiments"] == "security, crossing, deception"
+    assert known["experiments"] == "security, crossing, deception, game"
     assert known["solvers"] == "logit, soft_joint, q_learning, pathwise, maddpg"
     assert known["algorithms"] == "gsiirl, paper, ma-irl, marl"
     assert "small-linear" in known["scenarios"].split(", ")

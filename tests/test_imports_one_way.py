@@ -16,9 +16,19 @@ LAYERS = [
     {"types"},
     {"games", "rewards"},
     {"equilibria"},
-    {"irl"},
-    {"bilevel", "interaction", "expert", "learner", "continuous_expert", "continuous_learner"},
+    {"irl", "problem"},
+    {"commitment"},
+    {
+        "bilevel",
+        "interaction",
+        "expert",
+        "learner",
+        "reward_learner",
+        "continuous_expert",
+        "continuous_learner",
+    },
     {"baselines", "evaluation"},
+    {"result", "fit"},
     {"theory"},
     {"experiments"},
     {"cli"},
@@ -30,10 +40,10 @@ STANDALONE = {"hypergradients", "scenarios", "adapters", "runs", "report"}
 """Parts that import none of the layers."""
 
 READERS = {
-    "hypergradients": {"bilevel", "learner", "continuous_learner", "theory", "experiments"},
+    "hypergradients": {"bilevel", "reward_learner", "continuous_learner", "theory", "experiments"},
     "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
     "adapters": {"experiments", "cli"},
-    "runs": {"report", "theory", "experiments", "cli"},
+    "runs": {"result", "report", "theory", "experiments", "cli"},
     "report": {"theory", "experiments", "cli"},
 }
 """Who may import a standalone part."""
@@ -50,6 +60,7 @@ WITHOUT_JAX_MODULES = {
     "gsiirl.experiments.crossing",
     "gsiirl.experiments.deception",
     "gsiirl.experiments.evaluate",
+    "gsiirl.experiments.game",
     "gsiirl.experiments.mpe2_evaluation",
     "gsiirl.experiments.plan",
     "gsiirl.experiments.reproduce",

@@ -20,7 +20,7 @@ ITERATIONS, TRAJECTORIES = 4, 20
 
 @pytest.fixture(scope="module")
 def problem():
-    return tiny_problem()
+    return tiny_problem(commitment="reward")
 
 
 class Stranger:
@@ -64,7 +64,7 @@ def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(
     problem, monkeypatch, response, interactions
 ):
     monkeypatch.setattr(interaction, "CHUNK", 2)
-    learner = dataclasses.replace(problem.learner, hypergradient=Implicit(response))
+    learner = dataclasses.replace(problem.reward_learner, hypergradient=Implicit(response))
     learned = learner.fit(problem.expert, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
     stranger = Stranger(problem.expert)
     told = live(learner, stranger, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
@@ -72,15 +72,17 @@ def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
     assert stranger.asked == interactions * ITERATIONS * TRAJECTORIES
     # What was learned is told in reward units.
-    scale = problem.learner.expert_reward.scale
+    scale = problem.reward_learner.expert_reward.scale
     np.testing.assert_allclose(learned.expert_reward, scale * learned.state.expert_parameters)
-    np.testing.assert_allclose(learned.commitment, problem.learner.dependent_reward.scale * learned.state.commitment)
+    np.testing.assert_allclose(
+        learned.commitment, problem.reward_learner.dependent_reward.scale * learned.state.commitment
+    )
     assert bool(learned.solution.converged)
 
 
 def test_an_attacker_in_plain_python_is_recognised(problem):
     simpleton = Simpleton(problem)
-    learned = problem.learner.fit(simpleton, 25, TRAJECTORIES, seed=0, progress=False)
+    learned = problem.reward_learner.fit(simpleton, 25, TRAJECTORIES, seed=0, progress=False)
     believed = np.asarray(learned.solution.policies.expert)[0, simpleton.start]
     assert int(np.argmax(believed)) == int(np.argmax(simpleton.success[simpleton.start] > 0))
 
@@ -96,7 +98,7 @@ def test_a_simulated_expert_is_told_the_commitment_and_the_learner_estimates_wha
             nothing = jnp.zeros((number, problem.game.horizon), int)
             return Trajectories(nothing, Sides(nothing, nothing), jnp.ones_like(nothing, bool))
 
-    learner = problem.learner
+    learner = problem.reward_learner
     expert = Listening(problem.game, problem.expert.reward, learner.bilevel.forward_model, 0.95)
     state = learner.init(jax.random.key(3))
     proposal = learner.propose(state)

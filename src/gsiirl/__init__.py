@@ -4,6 +4,7 @@ import importlib
 from typing import Any
 
 from gsiirl._version import __version__ as __version__
+from gsiirl.errors import FitWarning as FitWarning
 from gsiirl.errors import InputError as InputError
 
 _MODULES = (
@@ -18,12 +19,15 @@ _MODULES = (
 )
 _MEMBERS = {
     "Bilevel": "gsiirl.bilevel",
-    "GSIIRL": "gsiirl.learner",
+    "GSIIRL": "gsiirl.fit",
+    "Problem": "gsiirl.problem",
     "RespondingExpert": "gsiirl.expert",
+    "RewardGSIIRL": "gsiirl.reward_learner",
     "SimulatedExpert": "gsiirl.expert",
+    "load": "gsiirl.experiments.loading",
 }
 
-__all__ = ["InputError", "__version__", *_MODULES, *_MEMBERS]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["FitWarning", "InputError", "__version__", *_MODULES, *_MEMBERS]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

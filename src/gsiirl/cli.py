@@ -42,6 +42,7 @@ _run.command(
     name="deception",
     help="Two agents keep an adversary from their target.",
 )
+_run.command("gsiirl.experiments.commands:game", name="game", help="Your own finite game, from a file of arrays.")
 app.command(_run)
 app.command("gsiirl.experiments.commands:resume", name="resume", help="Go on with an interrupted run.")
 app.command(
@@ -92,7 +93,9 @@ def list_known() -> None:
     def choices(field: str) -> list[str]:
         """What any of the experiments lets the field be, each once."""
         return list(
-            dict.fromkeys(name for kind in EXPERIMENTS.values() for name in get_args(get_type_hints(kind)[field]))
+            dict.fromkeys(
+                name for kind in EXPERIMENTS.values() for name in get_args(get_type_hints(kind).get(field, None))
+            )
         )
 
     known = {

@@ -18,3 +18,7 @@ class InputError(ValueError):
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
         return type(self), (self.field, self.problem, self.mend)
+
+
+class FitWarning(UserWarning):
+    """What was learned may be worse than it looks; the message says what is wrong and what helps."""

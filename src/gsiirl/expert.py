@@ -8,9 +8,11 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from gsiirl.equilibria.base import AbstractForwardModel
 from gsiirl.equilibria.response import respond
+from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.games.rollout import rollout
+from gsiirl.problem import discount_of, joint_payoff, positive
 from gsiirl.types import Sides, Trajectories
 
 
@@ -36,6 +38,21 @@ class RespondingExpert(AbstractExpert):
     reward: AbstractPayoff
     temperature: float
     discount: float
+
+    def __init__(self, game: AbstractTabularGame, reward: object, temperature: float, discount: float) -> None:
+        """The expert of `reward` r_e: an array (S, A_l, A_e), or a payoff that the library made; τ in its units.
+
+        Raises:
+            InputError: an argument cannot be.
+        """
+        if not isinstance(game, AbstractTabularGame):
+            raise InputError("game", f"is {type(game).__name__}", "make one with gsiirl.games.TabularGame.from_arrays")
+        if reward is None:
+            raise InputError("reward", "is None", "give the expert's reward, an array (S, A_l, A_e)")
+        self.game = game
+        self.reward = joint_payoff("reward", reward, game)
+        self.temperature = positive("temperature", temperature)
+        self.discount = discount_of(discount)
 
     def policy(self, learner_policy: Float[Array, "T S A_l"]) -> Float[Array, "T S A_e"]:
         """π_e = respond(π_l, r_e)."""

@@ -1,278 +1,309 @@
-"""GSIIRL: Algorithm 1 of the paper, mended where docs/deviations.md says.
+"""GSIIRL in games with finitely many states: Algorithm 1 with a policy for a commitment.
 
 For k = 0, …, K − 1:
 
-    D_k        ← the expert's demonstrations while the learner plays π_l(k)       line 4, into the memory
-    θ_e(k+1)   ← t_k projected gradient steps on L, warm-started at θ_e(k)        lines 5-9
-    θ          ← θ_l(k); with `honest_start` the r_ld fitted to the values read,
-                 where f(·, θ_e(k+1)) is greater there
-    g          ← ∇f at (θ, θ_e(k+1)), by an estimator of `gsiirl.hypergradients`  lines 11-14
-    θ_l(k+1)   ← Proj(θ + step of g)                                              line 15, ascent
+    D_k      ← the expert's demonstrations while the learner plays π_l(k)              line 4
+    θ_e      ← the maximum of the conditional likelihood, with the posterior around it  lines 5-9
+    π_l(k+1) ← the best commitment under one draw of the posterior (Thompson)          lines 11-15
 
-with f(θ_l, θ_e) and L as `gsiirl.bilevel` defines them. Two presets: `GSIIRL.create`, the default, and `GSIIRL.paper`.
+    at last:   the commitment that is best on average over the posterior
+
+The paper ascends a reward θ_l that the learner acts on through a two-sided equilibrium; here the policy itself is what
+is ascended (docs/commitment.md). `gsiirl.reward_learner` is the paper's way.
 """
 
-from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optax
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from gsiirl.bilevel import Bilevel
+from gsiirl.commitment.objective import Commitment
+from gsiirl.commitment.search import SMALLEST, Objective, Search, Starts, committed, ranked
 from gsiirl.equilibria.base import AbstractSolution
-from gsiirl.expert import SimulatedExpert
+from gsiirl.equilibria.response import respond
+from gsiirl.games.base import AbstractTabularGame, uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit, directional_jacobian
-from gsiirl.interaction import AbstractLearner, Demonstrator, live
-from gsiirl.irl.dependent_reward import DependentValue, LeastSquares
-from gsiirl.irl.expectations import sampled_reward_gradient
-from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
-from gsiirl.irl.memory import Memory, Played
-from gsiirl.rewards.linear import Linear
-from gsiirl.types import Interaction, Trajectories
+from gsiirl.interaction import AbstractLearner
+from gsiirl.irl.dependent_reward import DependentFit, DependentValue
+from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel
+from gsiirl.rewards.linear import AbstractFeatures
+from gsiirl.types import Interaction, Policies, Sides
 
-PROBE = 0.1
-"""How far from θ_l, in every coordinate, the learner asks to be met when it measures the expert's response."""
+Explore = Literal["thompson", "estimate"]
+HandBack = Literal["average", "estimate"]
+Feedback = Literal["model", "visited"]
+MEMORY = 2**24
+"""Numbers that remembered interactions may take: 128 MiB in double precision."""
+LEAST_EFFECTIVE = 0.1
+"""Below this share of effective draws, Hamiltonian Monte Carlo takes the weighted draws' place."""
 
 
-class GSIIRLState(eqx.Module):
-    """What GSIIRL carries from one iteration to the next.
+class Proposal(AbstractSolution):
+    """What the learner plays next and expects of the expert; `residual` is the distance of the fit from its maximum."""
 
-    `commitment` θ_l is the reward to act on, what the policy is made of; it is no estimate of r_ld. That estimate comes
-    from `accessed`, the values read along what was visited. `hypergradient` is what the estimator remembers; `solves`
-    counts the two-sided games solved so far, passes of differentiation through one included.
+    policies: Policies
+    residual: Float[Array, ""]
+    converged: Bool[Array, ""]
+
+
+class LearnerState(eqx.Module):
+    """What the learner carries from one iteration to the next.
+
+    `lower` is the lower level's; `pool` holds logits of good commitments under the estimate, the best first; `proposed`
+    is the policy to play next. `effective_draws` and `played_loss` are those of the newest iteration.
     """
 
-    commitment: Float[Array, " n"]
-    expert_parameters: Float[Array, " m"]
-    memory: Memory[Played]
-    accessed: LeastSquares
-    upper_optimiser: optax.OptState
-    lower_optimiser: optax.OptState
-    hypergradient: Any
-    solves: Int[Array, ""]
+    lower: Any
+    accessed: DependentFit
+    pool: Float[Array, "P T S A_l"]
+    proposed: Float[Array, "T S A_l"]
+    effective_draws: Float[Array, ""]
+    played_loss: Float[Array, ""]
+    count: Float[Array, ""]
 
 
-class Learned(eqx.Module):
-    """What a learner comes out with; the three rewards are weights of their features, in reward units.
+class HandedBack(eqx.Module):
+    """What the learner ends with: the policy to deploy, the response it expects, and what this was chosen by.
 
-    `expert_reward` estimates r_e and `dependent_reward` r_ld; `commitment` is the reward the policy is made of.
-    `solution.policies.learner` is the policy to live by, `solution.policies.expert` what the learner expects of the
-    expert.
+    `value` is the mean of f over the posterior; `effective_draws` those draws' worth; `sampled` whether they are
+    Hamiltonian Monte Carlo's.
     """
 
-    state: GSIIRLState
-    expert_reward: Float[Array, " m"]
-    dependent_reward: Float[Array, " n"]
-    commitment: Float[Array, " n"]
-    solution: AbstractSolution
+    policies: Policies
+    value: Float[Array, ""]
+    effective_draws: Float[Array, ""]
+    sampled: Bool[Array, ""]
 
 
-class GSIIRL(AbstractLearner[GSIIRLState]):
-    """General-sum interactive inverse reinforcement learning.
+class CommitmentLearner(AbstractLearner[LearnerState]):
+    """The learner of a finite game as pure functions of arrays; `gsiirl.GSIIRL` is its front door.
 
-    `bilevel` holds the game and both levels; `inner_loop` steps on θ_e, `hypergradient` estimates ∇f and `optimiser`
-    turns −∇f into a step on θ_l. `remembered` interactions are averaged over in the lower level; `ridge` regularises
-    the fit of r_ld.
+    `commitment` holds the game and the learner's reward with the accessed values of r_ld, `lower` the lower level.
+    `explore` says what is played while learning: the best commitment under a draw of the posterior, or under the
+    estimate; `hand_back` what is chosen at last: the best on average over the posterior, or under the estimate.
+    `many_starts` False leaves the one ascent from the policy before. `feedback` says where r_ld is read: everywhere by
+    the model, or only along what was visited, f then using the fit.
     """
 
-    bilevel: Bilevel
-    inner_loop: MaximumLikelihood
-    hypergradient: AbstractEstimator
-    ridge: float
-    optimiser: optax.GradientTransformation = eqx.field(static=True)
-    remembered: int = eqx.field(static=True)
-    honest_start: bool = eqx.field(static=True)
+    commitment: Commitment
+    own_reward: AbstractPayoff
+    accessed: AbstractPayoff
+    dependent_features: AbstractFeatures
+    lower: AbstractLowerLevel
+    explore: Explore = eqx.field(static=True, default="thompson")
+    hand_back: HandBack = eqx.field(static=True, default="average")
+    feedback: Feedback = eqx.field(static=True, default="model")
+    many_starts: bool = eqx.field(static=True, default=True)
+    remembered: int = eqx.field(static=True, default=50)
 
     @property
-    def expert_reward(self) -> Linear:
-        """The parametric r_e^θ_e."""
-        return self.bilevel.expert_reward
+    def game(self) -> AbstractTabularGame:
+        """The game."""
+        return self.commitment.game
 
     @property
-    def dependent_reward(self) -> Linear:
-        """The parametric r_ld^θ_l, of the commitment and of the fit alike."""
-        return self.bilevel.dependent_reward
+    def size(self) -> int:
+        """Numbers of both sides' policies."""
+        actions = self.game.number_of_actions
+        return self.game.horizon * self.game.number_of_states * (actions.learner + actions.expert)
 
-    @classmethod
-    def create(
-        cls,
-        bilevel: Bilevel,
-        *,
-        inner_steps: int = 10,
-        inner_step_size: float = 0.02,
-        step_size: float = 1.0,
-        step_decay: float = 20.0,
-        remembered: int = 16,
-    ) -> "GSIIRL":
-        """The default preset: the policy as played, a memory, the exact gradient, Adam in both levels.
+    @property
+    def draws(self) -> int:
+        """Draws of the posterior, K."""
+        return 48 if self.size < 2**10 else 24 if self.size < 2**12 else 12
 
-        The upper level's first step changes rewards by about step_size · τ, and is halved after `step_decay`
-        iterations; the lower level takes `inner_steps` steps of `inner_step_size` in the unit ball.
-        """
-        return cls(
-            bilevel=replace(bilevel, lower_level="played"),
-            inner_loop=MaximumLikelihood(bilevel.temperature, constant_steps(inner_steps), optax.adam(inner_step_size)),
-            hypergradient=Implicit("well_specified"),
-            ridge=bilevel.regularisation,
-            optimiser=optax.adam(decaying_step(bilevel, step_size, step_decay)),
-            remembered=remembered,
-            honest_start=True,
+    @property
+    def lanes(self) -> int:
+        """Ascents an iteration under the estimate; as many again, or half, under the draw."""
+        return 1 if not self.many_starts else 10 if self.size < 2**12 else 4
+
+    @property
+    def search(self) -> Search:
+        """The search of one iteration."""
+        return Search(self.game, steps=60 if self.size < 2**12 else 40)
+
+    def init(self, key: PRNGKeyArray) -> LearnerState:
+        dtype = self.game.initial.dtype
+        zero = jnp.zeros((), dtype)
+        pool = self.search.random(4, zero, key).logits
+        return LearnerState(
+            lower=self.lower.init(self.remembered),
+            accessed=DependentFit.empty(self.dependent_features, dtype),
+            pool=pool,
+            # Nothing is known yet; every action is tried.
+            proposed=uniform_policy(self.game),
+            effective_draws=zero,
+            played_loss=zero,
+            count=zero,
         )
 
-    @classmethod
-    def paper(cls, bilevel: Bilevel, *, iterations: int, smoothness: float, inner_step_size: float = 0.02) -> "GSIIRL":
-        """The paper's preset: Algorithm 1 with the paper's schedules, mended only where it cannot run.
+    def propose(self, state: LearnerState) -> Proposal:
+        return self._proposal(state, state.proposed)
 
-        Line 6's lower level (the forward model at both estimates), the newest demonstrations only, the response
-        `frozen`, SPSA with p_k = 1/(k + 1); t_k = ⌈(k+1)^(1/4)/2⌉ plain steps of `inner_step_size` on τ∇L, and plain
-        ascent with α = 1/(L_f √K) for K = `iterations` and L_f = `smoothness`, which the paper does not give.
-        """
-        return cls(
-            bilevel=replace(bilevel, lower_level="equilibrium"),
-            inner_loop=MaximumLikelihood(bilevel.temperature, growing_steps, optax.sgd(inner_step_size)),
-            hypergradient=SPSA("frozen", perturbation=1.0, decay=1.0),
-            ridge=bilevel.regularisation,
-            optimiser=optax.sgd(1.0 / (smoothness * max(iterations, 1) ** 0.5)),
-            remembered=1,
-            honest_start=False,
-        )
+    def incumbent(self, state: LearnerState) -> Proposal:
+        """The best commitment found so far under the estimate: what would be deployed if learning ended here."""
+        return self._proposal(state, self.commitment.policy(state.pool[0]))
 
-    def fit(
-        self,
-        expert: Demonstrator | SimulatedExpert,
-        iterations: int = 50,
-        trajectories: int = 100,
-        seed: int = 0,
-        progress: bool = True,
-    ) -> "Learned":
-        """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned."""
-        state = live(self, expert, iterations, trajectories, seed, progress)
-        scale = self.dependent_reward.scale
-        return Learned(
-            state=state,
-            expert_reward=self.expert_reward.scale * state.expert_parameters,
-            dependent_reward=scale * self.fitted_dependent_reward(state),
-            commitment=scale * state.commitment,
-            solution=eqx.filter_jit(self.propose)(state),
-        )
+    def committed_reward(self, state: LearnerState) -> AbstractPayoff:
+        raise TypeError("a commitment to a policy acts on no reward: a SimulatedExpert needs gsiirl.reward_learner")
 
-    def init(self, key: PRNGKeyArray) -> GSIIRLState:
-        game, dependent_reward, expert_reward = self.bilevel.game, self.dependent_reward, self.expert_reward
-        dtype = game.initial.dtype
-        commitment_key, expert_key = jax.random.split(key)
-        actions = game.number_of_actions.learner
-        uniform = jnp.full((game.horizon, game.number_of_states, actions), 1.0 / actions, dtype)
-        nothing = Played(uniform, jnp.zeros(expert_reward.number_of_parameters, dtype))
-        commitment = dependent_reward.initial_parameters(commitment_key, dtype)
-        expert_parameters = expert_reward.initial_parameters(expert_key, dtype)
-        return GSIIRLState(
-            commitment=commitment,
-            expert_parameters=expert_parameters,
-            memory=Memory.empty(self.remembered, nothing),
-            accessed=LeastSquares.empty(dependent_reward.number_of_parameters, dtype),
-            upper_optimiser=self.optimiser.init(commitment),
-            lower_optimiser=self.inner_loop.optimiser.init(expert_parameters),
-            hypergradient=self.hypergradient.init(expert_parameters),
-            solves=jnp.zeros((), jnp.int32),
-        )
+    def probes(self, state: LearnerState, key: PRNGKeyArray) -> None:
+        return None
 
-    def propose(self, state: GSIIRLState) -> AbstractSolution:
-        return self.bilevel.solve(state.commitment, state.expert_parameters)
-
-    def committed_reward(self, state: GSIIRLState) -> AbstractPayoff:
-        return self.bilevel.committed_reward(state.commitment)
-
-    def probes(self, state: GSIIRLState, key: PRNGKeyArray) -> GSIIRLState | None:
-        if self.hypergradient.response != "measured":
-            return None
-        move = PROBE * self._direction(state, key)
-        asked = state.commitment[None, :] + jnp.stack([move, -move])
-        return jax.vmap(lambda commitment: eqx.tree_at(lambda at: at.commitment, state, commitment))(asked)
-
-    def update(self, state: GSIIRLState, interaction: Interaction, key: PRNGKeyArray) -> GSIIRLState:
-        bilevel, iteration = self.bilevel, state.memory.count
-        demonstrated = self._demonstrated(interaction.demonstrations)
-        memory = state.memory.remember(key, Played(interaction.learner_policy, demonstrated))
-        expert_parameters, lower_optimiser = self.inner_loop.fit(
-            lambda theta: bilevel.lower_gradient(state.commitment, theta, memory),
-            state.expert_parameters,
-            state.lower_optimiser,
-            iteration,
-        )
+    def update(self, state: LearnerState, interaction: Interaction, key: PRNGKeyArray) -> LearnerState:
+        learn_key, draw_key, search_key = jax.random.split(key, 3)
+        played = interaction.learner_policy
+        lower = self.lower.learn(state.lower, played, interaction.demonstrations, learn_key)
         accessed = state.accessed.read(
-            bilevel.dependent_reward, DependentValue(bilevel.accessed), interaction.demonstrations
+            self.dependent_features, DependentValue(self.accessed), interaction.demonstrations
         )
-        start = state.commitment
-        if self.honest_start:
-            start = self._better(start, accessed.solve(self.ridge), expert_parameters)
-        # What was demonstrated was played while the old θ_e was believed.
-        problem = bilevel.problem(state.expert_parameters, demonstrated, self._measured(state, interaction, key))
-        estimate, hypergradient = self.hypergradient.estimate(
-            problem, start, expert_parameters, state.hypergradient, jax.random.fold_in(key, 1), iteration
+        objective = self._objective(accessed)
+        estimate = self.lower.estimate(lower)
+        effective = one = jnp.ones((), played.dtype)
+        believed = estimate[None]
+        if self.explore == "thompson":
+            assert isinstance(self.lower, LikelihoodLevel), "a lower level without a posterior has no draws"
+            draws = self.lower.draws(lower, self.draws, draw_key)
+            chosen = jax.random.categorical(jax.random.fold_in(draw_key, 1), jnp.log(draws.weights))
+            draw = draws.values[chosen]
+            inference = self.lower.inference
+            if inference.dense and self.size < 2**12:
+                few = draws.effective < 0.3 * self.draws
+                rounds = jnp.where(few, 30, 0)
+                chain = inference.hamiltonian(lower.posterior, lower.memory, 1, rounds, jax.random.fold_in(draw_key, 2))
+                draw = jnp.where(few, chain[0], draw)
+            believed = jnp.stack([estimate, draw])
+            effective = draws.effective
+        pools = self._improved(objective, believed, state.pool, jnp.maximum(jnp.log(played), SMALLEST), search_key)
+        pool, proposed = pools[0], pools[-1, 0]
+        values = jax.vmap(lambda logits: objective(self.commitment.policy(logits), estimate, one, one))(
+            jnp.stack([pool[0], proposed])
         )
-        step, upper_optimiser = self.optimiser.update(-estimate.value, state.upper_optimiser, start)
-        evaluations = estimate.evaluations + estimate.derivatives + estimate.upper_evaluations
-        return GSIIRLState(
-            commitment=optax.projections.projection_l2_ball(optax.apply_updates(start, step), 1.0),
-            expert_parameters=expert_parameters,
-            memory=memory,
+        return LearnerState(
+            lower=lower,
             accessed=accessed,
-            upper_optimiser=upper_optimiser,
-            lower_optimiser=lower_optimiser,
-            hypergradient=hypergradient,
-            solves=state.solves + self._solves(iteration, evaluations),
+            pool=pool,
+            proposed=self.commitment.policy(proposed),
+            effective_draws=effective,
+            played_loss=values[0] - values[1],
+            count=state.count + 1.0,
         )
 
-    def fitted_dependent_reward(self, state: GSIIRLState) -> Float[Array, " n_d"]:
-        """Parameters of r_ld, by regularised least squares over the values read so far."""
-        return state.accessed.solve(self.ridge)
+    def end(self, state: LearnerState, key: PRNGKeyArray) -> HandedBack:
+        """The policy to deploy, by a search of its own from what was found, what was played, and new starts."""
+        draw_key, chain_key, start_key, round_key = jax.random.split(key, 4)
+        objective, estimate = self._objective(state.accessed), self.lower.estimate(state.lower)
+        one, zero = jnp.ones((), estimate.dtype), jnp.zeros((), jnp.int32)
+        thetas, weights = estimate[None, :], jnp.ones(1, estimate.dtype)
+        effective, sampled = one, jnp.asarray(False)
+        if self.hand_back == "average":
+            assert isinstance(self.lower, LikelihoodLevel), "a lower level without a posterior has no average"
+            inference, memory, posterior = self.lower.inference, state.lower.memory, state.lower.posterior
+            drawn = inference.draws(posterior, memory, self.draws, draw_key)
+            thetas, weights, effective = drawn.values, drawn.weights, drawn.effective
+            if inference.dense:
+                sampled = effective < LEAST_EFFECTIVE * self.draws
+                chains = inference.hamiltonian(posterior, memory, self.draws, jnp.where(sampled, 60, zero), chain_key)
+                thetas = jnp.where(sampled, chains, thetas)
+                weights = jnp.where(sampled, 1.0 / self.draws, weights)
+        average = committed(self.commitment_of(state.accessed), self._reward, weights)
+        spread = self.commitment.range_of_answers(self._reward(estimate))
+        starts, kept = Starts.plain(state.pool), state.pool[:0]
+        if self.many_starts:
+            remembered = jnp.maximum(jnp.log(state.lower.memory.kept.learner_policy), SMALLEST)
+            values = jax.lax.map(lambda logits: average(self.commitment.policy(logits), thetas, one, one), remembered)
+            kept = ranked(remembered, values)[0][: 2 * self.lanes]
+            starts = starts.and_also(Starts.plain(kept)).and_also(
+                self.search.random(max(12, 2 * self.lanes), spread, start_key)
+            )
+        rounds = (6 if self.size < 2**12 else 4) if self.many_starts else 0
+        logits, _ = Search(self.game, steps=100).best(objective, starts, estimate, rounds, round_key)
+        # The last word has the average: the best few under it, some steps along it.
+        few = min(8 if self.size < 2**12 else 4, logits.shape[0])
+        if self.many_starts:
+            logits = jnp.concatenate([logits[:few], kept[:few]])
+        same = jnp.broadcast_to(thetas[None], (logits.shape[0], *thetas.shape))
+        logits, values = ranked(*self.search.ascend(average, Starts.plain(logits), same))
+        policy = self.commitment.policy(logits[0])
+        answer = respond(self.game, policy, self._reward(estimate), 1.0, self.commitment.discount).policy
+        return HandedBack(Sides(policy, answer), values[0], effective, sampled)
 
-    def _better(
-        self, commitment: Float[Array, " n"], fitted: Float[Array, " n"], expert_parameters: Float[Array, " m"]
-    ) -> Float[Array, " n"]:
-        """θ_l itself, or the fitted r_ld where committing to that honestly would bring more.
+    def report(self, state: LearnerState) -> dict[str, Float[Array, ""]]:
+        """How well the newest iteration went, by name."""
+        return {
+            **self.lower.report(state.lower),
+            "effective_draws": state.effective_draws,
+            "played_loss": state.played_loss,
+        }
 
-        The ascent is local; from a random start it can end below what the learner would get by acting on its own
-        reward.
-        """
-        candidates = jnp.stack([commitment, fitted])
-        return candidates[jnp.argmax(jax.vmap(self.bilevel.objective, (0, None))(candidates, expert_parameters))]
+    def commitment_of(self, accessed: DependentFit) -> Commitment:
+        """f with the learner's reward as `feedback` lets it be read."""
+        if self.feedback == "model":
+            return self.commitment
+        fitted = self.dependent_features.payoff(accessed.solve())
+        return Commitment(self.game, fitted + self.own_reward, self.commitment.discount)
 
-    def _measured(self, state: GSIIRLState, interaction: Interaction, key: PRNGKeyArray) -> Array | None:
-        """dμ̂_e(D(θ_l))/dθ_l (m, n) from the demonstrations at the probes."""
-        if interaction.probes is None:
-            return None
-        forth, back = jax.vmap(self._demonstrated)(interaction.probes)
-        slope = (forth - back) / (2.0 * PROBE)
-        return directional_jacobian(self._direction(state, key)[None, :], slope[None, :])
+    def _objective(self, accessed: DependentFit):
+        return committed(self.commitment_of(accessed), self._reward)
 
-    def _direction(self, state: GSIIRLState, key: PRNGKeyArray) -> Float[Array, " n"]:
-        return jax.random.rademacher(jax.random.fold_in(key, 2), state.commitment.shape, state.commitment.dtype)
+    def _reward(self, weights: Float[Array, " m"]) -> AbstractPayoff:
+        return self.lower.likelihood.features.payoff(weights)
 
-    def _demonstrated(self, demonstrations: Trajectories) -> Float[Array, " m"]:
-        """μ̂_e(D)."""
-        return sampled_reward_gradient(
-            self.bilevel.expert_reward, demonstrations, self.bilevel.discount, self.bilevel.game.initial.dtype
+    def _proposal(self, state: LearnerState, policy: Array) -> Proposal:
+        reward = self._reward(self.lower.estimate(state.lower))
+        answer = respond(self.game, policy, reward, 1.0, self.commitment.discount).policy
+        report = self.lower.report(state.lower)
+        decrement = report.get("fit_decrement", jnp.zeros((), policy.dtype))
+        converged = report.get("fit_converged", jnp.ones((), policy.dtype)) > 0
+        return Proposal(Sides(policy, answer), decrement, converged)
+
+    def _improved(
+        self,
+        objective: Objective,
+        believed: Float[Array, "R m"],
+        pool: Float[Array, "P T S A_l"],
+        played: Float[Array, "T S A_l"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "R P T S A_l"]:
+        """For each of the rewards `believed`, the best of the pool and of what ascents from it and elsewhere find."""
+        number = believed.shape[0]
+        if not self.many_starts:
+            starts = Starts.plain(jnp.broadcast_to(pool[:1], (number, *pool.shape[1:])))
+            return self.search.ascend(objective, starts, believed)[0][:, None]
+        near_key, far_key, new_key = jax.random.split(key, 3)
+        near = jax.vmap(lambda theta: self.search.neighbours(objective, pool[0], theta, self.lanes // 3, near_key))(
+            believed
         )
+        far = self.search.disturbed(pool[: max(1, self.lanes // 4)], far_key)
+        spread = self.commitment.range_of_answers(self._reward(believed[0]))
+        new = self.search.random(2, spread, new_key)
+        # The new start is begun in another way every time.
+        hot, held = jax.random.bernoulli(jax.random.fold_in(new_key, 1), 0.5, (2,))
+        shared = Starts.plain(jnp.concatenate([pool[: 1 + self.lanes // 5], played[None], far])).and_also(
+            Starts(
+                new.logits[1:],
+                jnp.where(hot, new.temperature[:1], 1.0),
+                jnp.where(held, 0.5, jnp.zeros_like(spread))[None],
+            )
+        )
+        starts = jax.vmap(lambda each: shared.and_also(Starts.plain(each)))(near)
+        lanes = starts.temperature.shape[1]
+        flat = jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), starts)
+        logits, values = self.search.ascend(objective, flat, jnp.repeat(believed, lanes, axis=0))
+        one = jnp.ones((), values.dtype)
 
-    def _solves(self, iteration: Int[Array, ""], evaluations: Int[Array, ""]) -> Int[Array, ""]:
-        """Two-sided games solved in iteration k: proposals, inner steps, honest start and hypergradient."""
-        response, equilibrium = self.hypergradient.response, self.bilevel.lower_level == "equilibrium"
-        solves = jnp.asarray(3 if response == "measured" else 1) + (2 if self.honest_start else 0)
-        # With the policy as played, both f and the policy need a solve of their own.
-        each = 1 if equilibrium or response == "well_specified" else 2
-        inner = self.inner_loop.steps(iteration) if equilibrium else 0
-        return (solves + inner + each * evaluations).astype(jnp.int32)
+        def best(theta: Array, logits: Array, values: Array) -> Array:
+            before = jax.vmap(lambda each: objective(self.commitment.policy(each), theta, one, one))(pool)
+            both = ranked(jnp.concatenate([logits, pool]), jnp.concatenate([values, before]))
+            return both[0][: pool.shape[0]]
+
+        return jax.vmap(best)(believed, logits.reshape(number, lanes, *logits.shape[1:]), values.reshape(number, lanes))
 
 
-def decaying_step(bilevel: Bilevel, step_size: float, step_decay: float) -> optax.Schedule:
-    """Steps on θ_l in units of temperature: step_size · τ / scale / (1 + k / step_decay).
-
-    A step on θ_l changes rewards by scale times as much; what matters to a policy is that change over τ.
-    """
-    first = step_size * float(bilevel.temperature) / float(bilevel.dependent_reward.scale)
-    return lambda k: first / (1.0 + k / step_decay)
+def remembered(game: AbstractTabularGame, iterations: int) -> int:
+    """How many interactions are remembered: all, or as many as `MEMORY` holds."""
+    actions = game.number_of_actions
+    entries = game.horizon * game.number_of_states * (actions.learner + actions.expert)
+    return max(1, min(iterations, max(8, MEMORY // entries)))

@@ -3,9 +3,15 @@
 from typing import Generic, TypeVar
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 Value = TypeVar("Value", covariant=True)
+AnyArray = Array | np.ndarray
+"""JAX's arrays or NumPy's; the front door keeps NumPy's, in double precision whatever JAX is set to."""
+
+Number = float | Float[Array, ""]
+"""A number that may be traced."""
 
 
 class Sides(eqx.Module, Generic[Value]):

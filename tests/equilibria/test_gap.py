@@ -24,7 +24,7 @@ def test_gaps_of_random_policies_agree_with_the_oracle(seed):
 
 def one_shot(learner: list[list[float]], expert: list[list[float]]):
     shape = (1, len(learner), len(learner[0]), 1)
-    game = TabularGame.create(np.zeros(shape, int), np.ones(shape), [1.0], 1)
+    game = TabularGame.from_arrays((np.zeros(shape, int), np.ones(shape)), initial=[1.0], horizon=1)
     return game, Sides(DensePayoff(jnp.asarray([learner])), DensePayoff(jnp.asarray([expert])))
 
 

@@ -28,7 +28,7 @@ def test_at_the_true_equilibrium_model_and_deployment_agree():
 
 def test_the_true_parameters_leave_no_feature_gap():
     problem = tiny_problem()
-    reward = problem.learner.expert_reward
+    reward = problem.bilevel.expert_reward
     theta = jnp.asarray(problem.true_weights["expert_reward"]) / reward.scale
     played = problem.truth.forward_model.solve(problem.game, problem.truth.rewards, 0.95).policies.learner
     assert float(problem.truth.feature_gap(played, reward, theta)) <= 1e-12

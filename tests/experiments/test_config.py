@@ -39,10 +39,10 @@ def test_values_replace_defaults():
         ({"seeds": 0}, "seeds: cannot be 0; give a whole number of at least 1"),
         ({"nodes": 17}, "nodes: cannot be 17; give a whole number of at least 2 and at most 16"),
         ({"discount": 1.5}, "discount: cannot be 1.5; give a number above 0 and at most 1"),
-        ({"temperature": float("nan")}, "temperature: cannot be nan; give a number above 0"),
-        ({"temperature": float("inf")}, "temperature: cannot be inf; give a number above 0"),
-        ({"temperature": ""}, "temperature: cannot be ''; give a number above 0"),
-        ({"temperature": [1, 2]}, "temperature: cannot be [1, 2]; give a number above 0"),
+        ({"temperature": float("nan")}, "temperature: cannot be nan; give a number above 0, or unknown"),
+        ({"temperature": float("inf")}, "temperature: cannot be inf; give a number above 0, or unknown"),
+        ({"temperature": ""}, "temperature: cannot be ''; give a number above 0, or unknown"),
+        ({"temperature": [1, 2]}, "temperature: cannot be [1, 2]; give a number above 0, or unknown"),
         ({"variant": "foo"}, "variant: cannot be foo; choose general_sum or zero_sum"),
         ({"expert": "foo"}, "expert: cannot be foo; choose responding or simulated"),
         ({"learner_no_op": "maybe"}, "learner_no_op: cannot be maybe; give true or false"),
@@ -84,15 +84,47 @@ def test_maddpg_is_for_marl_only():
         CrossingConfig(solver="maddpg").resolved()
 
 
-@pytest.mark.parametrize("kind", EXPERIMENTS.values())
+@pytest.mark.parametrize("algorithm", ["gsiirl", "ma-irl", "marl"])
+def test_security_commits_to_a_policy_unless_it_is_told_otherwise(algorithm: str):
+    full = SecurityConfig(algorithm=algorithm).resolved()  # pyright: ignore[reportArgumentType]
+    assert (full.commitment, full.lower_level, full.explore) == ("policy", "likelihood", "thompson")
+    assert (full.response, full.hypergradient, full.remembered) == (None, None, None)
+    assert full.resolved() == full
+    assert SecurityConfig(explore="estimate").resolved().explore == "estimate"
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (
+            {"response": "measured"},
+            "response: measured does not go with a commitment to a policy; use --commitment rew",
+        ),
+        ({"lower_level": "equilibrium"}, "lower_level: equilibrium does not go with a commitment to a policy; use"),
+        ({"algorithm": "paper", "explore": "thompson"}, "explore: thompson does not go with a commitment to a reward"),
+        ({"commitment": "policy", "expert": "simulated"}, "expert: simulated is told the reward that the learner acts"),
+        ({"lower_level": "matching", "explore": "thompson"}, "lower_level: matching has no posterior; use explore"),
+        ({"algorithm": "paper", "temperature": "unknown"}, "temperature: cannot be unknown to the paper's algorithm"),
+    ],
+)
+def test_settings_that_do_not_go_together_are_told(values: dict[str, Any], message: str):
+    with pytest.raises(InputError) as raised:
+        load_config(SecurityConfig, values).resolved()
+    assert str(raised.value).startswith(message)
+
+
+REWARD = [(SecurityConfig, {"commitment": "reward"}), (CrossingConfig, {}), (DeceptionConfig, {})]
+
+
+@pytest.mark.parametrize(("kind", "fields"), REWARD)
 @pytest.mark.parametrize("algorithm", ["gsiirl", "paper", "ma-irl", "marl"])
-def test_a_preset_fills_in_only_what_is_not_given(kind: type[ExperimentConfig], algorithm: str):
-    full = load_config(kind, {"algorithm": algorithm}).resolved()
+def test_a_preset_fills_in_only_what_is_not_given(kind: type[ExperimentConfig], fields: dict[str, Any], algorithm: str):
+    full = load_config(kind, {"algorithm": algorithm, **fields}).resolved()
     assert (full.response, full.remembered == 1) == (
         ("frozen", True) if algorithm == "paper" else ("well_specified", False)
     )
     assert full.resolved() == full
-    assert load_config(kind, {"algorithm": algorithm, "remembered": 7}).resolved().remembered == 7
+    assert load_config(kind, {"algorithm": algorithm, "remembered": 7, **fields}).resolved().remembered == 7
 
 
 def test_an_unlike_field_gets_the_list_of_fields():
@@ -157,7 +189,8 @@ def test_a_configuration_survives_its_file(experiment: str, config: ExperimentCo
         ({"format_version": 2}, "format_version in run/config.json: cannot be 2; this version of gsiirl reads 1"),
         (
             {"experiment": "x"},
-            "experiment in run/config.json: cannot be 'x'; this version of gsiirl knows security, crossing, deception",
+            "experiment in run/config.json: cannot be 'x'; "
+            "this version of gsiirl knows security, crossing, deception, game",
         ),
         ({"seeds": 0}, "seeds in run/config.json: cannot be 0; give a whole number of at least 1"),
     ],

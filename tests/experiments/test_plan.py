@@ -101,7 +101,7 @@ def test_a_plan_does_not_go_into_a_run(done, tmp_path):
 
 def test_a_configuration_that_cannot_be_used_stops_the_plan_before_it_begins(done, tmp_path):
     good, _ = planned(tmp_path)
-    bad = PlannedRun(tmp_path / "bad", tiny_config(solver="q_learning", hypergradient="implicit"))
+    bad = PlannedRun(tmp_path / "bad", tiny_config(commitment="reward", solver="q_learning", hypergradient="implicit"))
     with pytest.raises(InputError, match="q_learning cannot be differentiated"):
         carry_out([good, bad])
     assert done == []

@@ -16,7 +16,7 @@ from gsiirl.runs import RunFolder
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
 
-PROMISED = ("learned.safetensors", "learned.json", "summary.json", "paths.parquet")
+PROMISED = ("learned.safetensors", "learned.json", "policies.safetensors", "summary.json", "paths.parquet")
 """Besides the metrics, what a resumed run writes byte for byte as the uninterrupted one."""
 
 

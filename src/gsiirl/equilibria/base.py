@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool, Float
 
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.types import Policies, Sides
+from gsiirl.types import Number, Policies, Sides
 
 
 class AbstractSolution(eqx.Module):
@@ -25,5 +25,5 @@ class AbstractForwardModel(eqx.Module):
     """A solver of tabular games: one function from rewards to a joint policy."""
 
     @abc.abstractmethod
-    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: float) -> AbstractSolution:
+    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: Number) -> AbstractSolution:
         """The joint policy of `game` under `rewards` (payoffs over all states)."""

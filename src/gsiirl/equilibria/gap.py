@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.base import AbstractTabularGame, only_allowed
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.types import Policies, Sides
 
@@ -43,10 +43,11 @@ def _gap(game, rewards, policies, discount, temperature, maximum):
             rewards.learner + game.continuation(best.learner) * discount,
             rewards.expert + game.continuation(best.expert) * discount,
         )
-        best = Sides(
-            maximum(best_payoffs.learner.learner_values(policies_now.expert)),
-            maximum(best_payoffs.expert.expert_values(policies_now.learner)),
+        best_values = Sides(
+            only_allowed(best_payoffs.learner.learner_values(policies_now.expert), game.allowed.learner),
+            only_allowed(best_payoffs.expert.expert_values(policies_now.learner), game.allowed.expert),
         )
+        best = jax.tree.map(lambda values: game.alive(maximum(values)), best_values)
         learner_payoff = rewards.learner + game.continuation(played.learner) * discount
         expert_payoff = rewards.expert + game.continuation(played.expert) * discount
         played = Sides(
@@ -55,7 +56,7 @@ def _gap(game, rewards, policies, discount, temperature, maximum):
             expert_payoff.expected(policies_now.learner, policies_now.expert)
             + temperature * _entropy(policies_now.expert),
         )
-        return (best, played), None
+        return (best, jax.tree.map(game.alive, played)), None
 
     nothing = jnp.zeros_like(game.initial)
     zeros = Sides(nothing, nothing)

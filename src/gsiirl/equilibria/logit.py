@@ -15,7 +15,7 @@ from gsiirl.equilibria.base import AbstractForwardModel, AbstractSolution
 from gsiirl.equilibria.stage import differentiable_log_policies, solve_stage
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.types import Policies, Sides
+from gsiirl.types import Number, Policies, Sides
 
 
 class LogitSolution(AbstractSolution):
@@ -43,7 +43,7 @@ class Logit(AbstractForwardModel):
 
     temperature: float | Float[Array, ""]
 
-    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: float) -> LogitSolution:
+    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: Number) -> LogitSolution:
         """The equilibrium of `game` under `rewards` (payoffs over all states)."""
         dtype = game.initial.dtype
         temperature = jnp.asarray(self.temperature, dtype)

@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from gsiirl.equilibria.base import AbstractForwardModel, AbstractSolution
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.types import Policies, Sides
+from gsiirl.types import Number, Policies, Sides
 
 BEST = 0.6
 """How often the best action is picked over the second best; the paper says only "best with 60 %"."""
@@ -60,7 +60,7 @@ class QLearning(AbstractForwardModel):
     tolerance: float = 0.02
     seed: int | Int[Array, ""] = 0
 
-    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: float) -> QLearningSolution:
+    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: Number) -> QLearningSolution:
         """What both sides have learnt in `game` under `rewards` (payoffs over all states)."""
         dtype = game.initial.dtype
         dense = Sides(rewards.learner.dense(), rewards.expert.dense())
@@ -169,7 +169,11 @@ def _pick(draw, states, ranked, actions):
 
 
 def _residual(
-    game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: float, tables: Sides, visits: Sides
+    game: AbstractTabularGame,
+    rewards: Sides[AbstractPayoff],
+    discount: Number,
+    tables: Sides,
+    visits: Sides,
 ) -> Float[Array, ""]:
     behaviour = jax.tree.map(lambda table, seen: explore(table, _visited(seen)), tables, visits)
 

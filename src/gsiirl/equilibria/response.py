@@ -4,7 +4,8 @@ With the learner's policy given this is a single-agent problem: backward in t, f
 
     q_t(s, a_e) = E_{a_l ~ π_l,t}[r_e(s, a) + γ E V_t+1(s')],   π_e,t ∝ exp(q_t / τ),   V_t = τ logsumexp(q_t / τ).
 
-At a logit equilibrium it returns exactly the equilibrium's π_e.
+over the actions that the expert may choose; V is 0 in terminal states. At a logit equilibrium it returns exactly the
+equilibrium's π_e.
 """
 
 import equinox as eqx
@@ -12,15 +13,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.base import AbstractTabularGame, only_allowed
 from gsiirl.games.payoff import AbstractPayoff
 
 
 class Response(eqx.Module):
-    """The response π_e (T, S, A_e) and its soft values V_e (T, S)."""
+    """The response π_e (T, S, A_e), its soft values V_e (T, S) in reward units, and q/τ (T, S, A_e)."""
 
     policy: Float[Array, "T S A_e"]
     values: Float[Array, "T S"]
+    action_values: Float[Array, "T S A_e"]
 
 
 def respond(
@@ -28,15 +30,17 @@ def respond(
     learner_policy: Float[Array, "T S A_l"],
     expert_reward: AbstractPayoff,
     temperature: float | Float[Array, ""],
-    discount: float,
+    discount: float | Float[Array, ""],
 ) -> Response:
     """The expert's soft best response to `learner_policy` under `expert_reward`, at temperature τ in reward units."""
 
     def backward(values, learner_policy_now):
         payoff = expert_reward + game.continuation(values) * discount
-        action_values = payoff.expert_values(learner_policy_now) / temperature
-        values = temperature * jax.nn.logsumexp(action_values, axis=-1)
-        return values, (jax.nn.softmax(action_values, axis=-1), values)
+        action_values = only_allowed(payoff.expert_values(learner_policy_now) / temperature, game.allowed.expert)
+        values = game.alive(temperature * jax.nn.logsumexp(action_values, axis=-1))
+        return values, (jax.nn.softmax(action_values, axis=-1), values, action_values)
 
-    _, (policy, values) = jax.lax.scan(backward, jnp.zeros_like(game.initial), learner_policy, reverse=True)
-    return Response(policy, values)
+    _, (policy, values, action_values) = jax.lax.scan(
+        backward, jnp.zeros_like(game.initial), learner_policy, reverse=True
+    )
+    return Response(policy, values, action_values)

@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float
 from gsiirl.equilibria.base import AbstractForwardModel, AbstractSolution
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.types import Policies, Sides
+from gsiirl.types import Number, Policies, Sides
 
 
 class SoftJointSolution(AbstractSolution):
@@ -35,7 +35,7 @@ class SoftJoint(AbstractForwardModel):
 
     temperature: float | Float[Array, ""]
 
-    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: float) -> SoftJointSolution:
+    def solve(self, game: AbstractTabularGame, rewards: Sides[AbstractPayoff], discount: Number) -> SoftJointSolution:
         dtype = game.initial.dtype
         temperature = jnp.asarray(self.temperature, dtype)
         total = rewards.learner + rewards.expert

@@ -1,17 +1,28 @@
 """Evaluation under the true rewards; no learner holds any of this."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from gsiirl.commitment import Commitment
 from gsiirl.equilibria.base import AbstractForwardModel
 from gsiirl.equilibria.gap import nash_gap
 from gsiirl.equilibria.response import respond
-from gsiirl.games.base import AbstractTabularGame
+from gsiirl.evaluation.commitment import SHARPER, equilibrium, extremes
+from gsiirl.games.base import AbstractTabularGame, uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Policies, Sides
+
+
+class Yardsticks(eqx.Module):
+    """`ceiling` and `floor` of discounted returns, and undiscounted `returns` under the names a run folder uses."""
+
+    ceiling: Float[Array, ""]
+    floor: Float[Array, ""]
+    returns: dict[str, Float[Array, ""]]
 
 
 class Truth(eqx.Module):
@@ -45,9 +56,28 @@ class Truth(eqx.Module):
         nothing.
         """
         solution = self.forward_model.solve(self.game, self.rewards, self.discount)
-        uniform = jnp.full_like(solution.policies.learner, 1.0 / solution.policies.learner.shape[-1])
+        uniform = uniform_policy(self.game)
         met = Sides(uniform, self.expert_response(uniform))
         return {**named("truth", self.returns(solution.policies)), **named("random", self.returns(met))}
+
+    def yardsticks(self) -> "Yardsticks":
+        """The best and the worst commitment with r_e known, and MARL with a sharp learner."""
+        commitment = Commitment(self.game, self.rewards.learner, self.discount)
+        nothing = jnp.zeros((0, *uniform_policy(self.game).shape), self.game.initial.dtype)
+        found = extremes(commitment, self.rewards.expert, self.temperature, nothing, jax.random.key(0))
+        sharp = equilibrium(commitment, self.rewards.expert, self.temperature, SHARPER)
+        policies = {"ceiling": found.best, "sharp": sharp.policy}
+        returns: dict[str, Array] = {}
+        for name, policy in policies.items():
+            returns |= named(name, self.returns(Sides(policy, self.expert_response(policy))))
+        return Yardsticks(found.ceiling, found.floor, returns)
+
+    def regret(self, learner_policy: Float[Array, "T S A_l"], yardsticks: "Yardsticks") -> Float[Array, ""]:
+        """(ceiling − deployed) / (ceiling − floor), in discounted returns."""
+        commitment = Commitment(self.game, self.rewards.learner, self.discount)
+        earned = commitment.value(learner_policy, self.rewards.expert * (1.0 / self.temperature))
+        span = yardsticks.ceiling - yardsticks.floor
+        return jnp.where(span > 0, (yardsticks.ceiling - earned) / jnp.where(span > 0, span, 1.0), 0.0)
 
     def evaluate(self, policies: Policies) -> dict[str, Float[Array, ""]]:
         """NashConv, and returns of the pair (`model_`) and of its learner's half with the true expert (`deployed_`)."""

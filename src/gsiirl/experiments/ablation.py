@@ -22,18 +22,43 @@ class Change:
     """Settings that spend, from here on, the game solves which the change saves."""
 
 
+ONE_POLICY = {
+    "commitment": "policy",
+    "feedback": "model",
+    "explore": "estimate",
+    "hand_back": "estimate",
+    "starts": "one",
+}
+"""A commitment to a policy with nothing else changed."""
+
+AWAY = dict.fromkeys(
+    ("response", "hypergradient", "schedule", "honest_start", "perturbation", "perturbation_decay"), None
+)
+"""Settings of a commitment to a reward, which a commitment to a policy has not."""
+
 CHANGES = (
     Change("response", "the response left out, not frozen", {"response": "well_specified"}, {"draws": 2}),
     Change(
         "played",
         "the policy as played, not the equilibrium, in the lower level",
-        {"lower_level": "played"},
+        {"lower_level": "matching"},
         {"draws": 3},
     ),
     Change("memory", "16 remembered interactions, not the newest", {"remembered": 16}),
     Change("gradient", "the exact gradient, not SPSA", {"hypergradient": "implicit"}, {"draws": 1}),
     Change("steps", "Adam in both levels, not the paper's steps", {"schedule": "adam"}),
     Change("start", "the honest commitment tried before each step", {"honest_start": True}),
+    Change("policy", "a policy for a commitment, not a reward", {**AWAY, **ONE_POLICY}),
+    Change("starts", "many ascents in each iteration, not one", {"starts": "many"}),
+    Change(
+        "likelihood",
+        "the conditional likelihood to convergence, not matching",
+        {"lower_level": "likelihood", "remembered": None},
+    ),
+    Change(
+        "thompson", "the best under a draw of the posterior is played, not under the estimate", {"explore": "thompson"}
+    ),
+    Change("average", "the best on average over the posterior is handed back", {"hand_back": "average"}),
 )
 """In the order in which they are made; with the last one the settings are the default's."""
 

@@ -23,6 +23,7 @@ from gsiirl.experiments.config import (
 )
 from gsiirl.experiments.crossing import CrossingConfig
 from gsiirl.experiments.deception import DeceptionConfig
+from gsiirl.experiments.game import GameConfig
 from gsiirl.experiments.security import SecurityConfig
 
 Out = Annotated[Path, Parameter(metavar="DIR", help="Run folder to make: a new or empty folder.")]
@@ -38,7 +39,9 @@ def _with_field_flags(kind: type[ExperimentConfig]) -> Callable[[Callable[..., N
     def with_flags(command: Callable[..., None]) -> Callable[..., None]:
         signature = inspect.signature(command)
         own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
-        flags = [_flag(field, schema) for field, schema in field_schemas(kind).items()]
+        # What a command takes as an argument of its own is no flag too.
+        taken = {each.name for each in own}
+        flags = [_flag(field, schema) for field, schema in field_schemas(kind).items() if field not in taken]
         setattr(command, "__signature__", signature.replace(parameters=[*own, *flags]))  # noqa: B010 (not a declared attribute)
         return command
 
@@ -73,6 +76,22 @@ def crossing(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
 def deception(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
     """Two agents keep an adversary from their target."""
     _run(DeceptionConfig, out, config, flags)
+
+
+@_with_field_flags(GameConfig)
+def game(
+    file: Annotated[
+        str | None,
+        Parameter(name="FILE", metavar="FILE", help="FILE.npz with the game's arrays, or FILE.py:NAME, a function."),
+    ] = None,
+    /,
+    *,
+    out: Out,
+    config: ConfigFile = None,
+    **flags: Any,
+) -> None:
+    """Your own finite game."""
+    _run(GameConfig, out, config, flags | ({} if file is None else {"file": file}))
 
 
 def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, flags: dict[str, Any]) -> None:

@@ -12,15 +12,16 @@ from pydantic import TypeAdapter, ValidationError
 from gsiirl.errors import InputError
 from gsiirl.experiments.crossing import CrossingConfig
 from gsiirl.experiments.deception import DeceptionConfig
+from gsiirl.experiments.game import GameConfig
 from gsiirl.experiments.security import SecurityConfig
 
 FORMAT_VERSION = 1
 
-ExperimentConfig = SecurityConfig | CrossingConfig | DeceptionConfig
+ExperimentConfig = SecurityConfig | CrossingConfig | DeceptionConfig | GameConfig
 Config = TypeVar("Config", bound=ExperimentConfig)
 
 EXPERIMENTS: dict[str, type[ExperimentConfig]] = {
-    kind.experiment: kind for kind in (SecurityConfig, CrossingConfig, DeceptionConfig)
+    kind.experiment: kind for kind in (SecurityConfig, CrossingConfig, DeceptionConfig, GameConfig)
 }
 
 
@@ -115,9 +116,10 @@ def _read_toml(path: Path) -> dict[str, Any]:
 
 
 def _when_set(schema: dict[str, Any]) -> dict[str, Any]:
-    """A schema without the null that an optional field also accepts."""
-    [alternative] = [each for each in schema.get("anyOf", [schema]) if each.get("type") != "null"]
-    return alternative
+    """A schema without the null that an optional field also accepts; a word in place of a number is its `word`."""
+    alternatives = [each for each in schema.get("anyOf", [schema]) if each.get("type") != "null"]
+    words = [each["const"] for each in alternatives[1:] if "const" in each]
+    return alternatives[0] | ({"word": words[0]} if words else {})
 
 
 def _accepted(schema: Mapping[str, Any]) -> str:
@@ -127,7 +129,8 @@ def _accepted(schema: Mapping[str, Any]) -> str:
     kinds = {"boolean": "true or false", "string": "a text", "integer": "a whole number", "number": "a number"}
     limits = {"minimum": "of at least", "exclusiveMinimum": "above", "maximum": "at most"}
     bounds = [f"{words} {schema[key]}" for key, words in limits.items() if key in schema]
-    return " ".join(["give", kinds[schema["type"]], " and ".join(bounds)]).rstrip()
+    word = f", or {schema['word']}" if "word" in schema else ""
+    return " ".join(["give", kinds[schema["type"]], " and ".join(bounds)]).rstrip() + word
 
 
 def at_least_one(name: str, text: str) -> int:

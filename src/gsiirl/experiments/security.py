@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -48,19 +48,34 @@ class SecurityConfig:
     solver: Literal["logit", "soft_joint", "q_learning"] = "logit"
     """Forward model from rewards to a joint policy: `logit` equilibrium, `soft_joint` (the paper's eq. 5-7, both sides
     playing its marginals), or the paper's `q_learning`, which needs a hypergradient without derivatives."""
-    lower_level: Literal["played", "equilibrium"] | None = None
-    """Whose policy the expert's reward is fitted under: `played` (default), or `equilibrium` (paper)."""
+    commitment: Literal["policy", "reward"] | None = None
+    """What the learner commits to: a `policy` (default), or a `reward` that it acts on through the forward model
+    (paper)."""
+    lower_level: Literal["likelihood", "matching", "equilibrium"] | None = None
+    """How the expert's reward is fitted: by the conditional `likelihood`, to convergence (default; policy only); by
+    `matching` features under the policy as played; or by matching under the `equilibrium` (paper; reward only)."""
+    explore: Literal["thompson", "estimate"] | None = None
+    """What is played while learning: the best policy under a draw of the posterior (`thompson`, default with the
+    likelihood), or under the `estimate`. Policy only."""
+    hand_back: Literal["average", "estimate"] | None = None
+    """What is handed back: the best policy on `average` over the posterior (default with the likelihood), or under the
+    `estimate`. Policy only."""
+    starts: Literal["many", "one"] | None = None
+    """Ascents in each iteration: from `many` policies (default), or from the `one` before. Policy only."""
+    feedback: Literal["model", "visited"] | None = None
+    """Where values of the dependent reward are read: everywhere by the `model` (default), or only along what was
+    `visited`. Policy only."""
     response: Literal["well_specified", "frozen", "measured"] | None = None
-    """What the hypergradient takes for the expert's response: `well_specified` (default), `frozen` (paper), or
-    `measured`, from two more interactions an iteration."""
+    """What the hypergradient takes for the expert's response: `well_specified`, `frozen` (paper), or `measured`, from
+    two more interactions an iteration. Commitment to a reward only."""
     hypergradient: Literal["implicit", "spsa", "hvp_cg", "finite_difference"] | None = None
-    """Estimator of the hypergradient: `implicit` (default), `spsa` (paper)."""
+    """Estimator of the hypergradient: `implicit`, `spsa` (paper). Commitment to a reward only."""
     schedule: Literal["adam", "paper"] | None = None
-    """Steps of both levels: `adam` (default), or the `paper`'s plain steps, t_k = ceil((k+1)^(1/4)/2) inner ones and
-    outer ones of 1/(smoothness sqrt(K))."""
+    """Steps of both levels: `adam`, or the `paper`'s plain steps, t_k = ceil((k+1)^(1/4)/2) inner ones and outer ones
+    of 1/(smoothness sqrt(K)). Commitment to a reward only."""
     honest_start: bool | None = None
-    """Step from the honest commitment, to the dependent reward fitted so far, where that is better (default; not in
-    paper)."""
+    """Step from the honest commitment, to the dependent reward fitted so far, where that is better (not in paper).
+    Commitment to a reward only."""
     seeds: int = Field(default=10, ge=1)
     """Number of seeds."""
     first_seed: int = Field(default=0, ge=0)
@@ -69,9 +84,9 @@ class SecurityConfig:
     """Outer iterations K."""
     horizon: int = Field(default=10, ge=1)
     """Steps T of an episode."""
-    temperature: float | None = Field(default=None, gt=0)
+    temperature: Annotated[float, Field(gt=0)] | Literal["unknown"] | None = None
     """Temperature tau in reward units, shared by expert and forward model; default 0.4, and 0.05 on NASim
-    scenarios, whose largest value is 1."""
+    scenarios, whose largest value is 1. `unknown`: the expert has the default, and the learner is not told."""
     discount: float = Field(default=0.95, gt=0, le=1)
     """Discount gamma."""
     trajectories: int = Field(default=100, ge=1)
@@ -93,8 +108,8 @@ class SecurityConfig:
     step_decay: float = Field(default=20.0, gt=0)
     """Iterations after which the upper level's step is halved: step_size / (1 + k / step_decay)."""
     remembered: int | None = Field(default=None, ge=1)
-    """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
-    default 16 (paper 1)."""
+    """Interactions (policy played, demonstrations) that the lower level remembers, the newest always among them;
+    default all with the likelihood, 16 with matching (paper 1)."""
     perturbation: float | None = Field(default=None, gt=0)
     """SPSA's first perturbation in the unit ball; default 0.05 (paper 1)."""
     perturbation_decay: float | None = Field(default=None, ge=0)
@@ -113,20 +128,28 @@ class SecurityConfig:
         from gsiirl.scenarios import load_network
         from gsiirl.scenarios.random_graph import VALUE
 
-        if self.graph is None:
-            temperature, bound, smoothness = 0.4, VALUE[1], 60.0
-        elif Path(self.graph).is_file():
+        bound, smoothness = VALUE[1], 60.0
+        if self.graph is not None and Path(self.graph).is_file():
             network = load_network(self.graph, self.variant)
-            largest = float(max(abs(network.value).max(), abs(network.criticality).max()))
-            temperature, bound, smoothness = 0.4, largest or 1.0, 60.0
+            bound = float(max(abs(network.value).max(), abs(network.criticality).max())) or 1.0
+        elif self.graph is not None:
+            bound, smoothness = 1.0, 1.5
+        preset: dict[str, Any] = {
+            "temperature": self._default_temperature,
+            "reward_bound": bound,
+            "smoothness": smoothness,
+        }
+        by_reward = self.algorithm == "paper" or self.expert == "simulated"
+        if (self.commitment or ("reward" if by_reward else "policy")) == "policy":
+            preset |= POLICY
+            if self.lower_level == "matching":
+                preset |= {"explore": "estimate", "hand_back": "estimate", "remembered": 16}
         else:
-            temperature, bound, smoothness = 0.05, 1.0, 1.5
-        preset = {"temperature": temperature, "reward_bound": bound, "smoothness": smoothness} | (
-            PAPER if self.algorithm == "paper" else DEFAULT
-        )
-        if self.solver == "q_learning":
-            preset["hypergradient"] = "spsa"
+            preset |= PAPER if self.algorithm == "paper" else REWARD
+            if self.solver == "q_learning":
+                preset["hypergradient"] = "spsa"
         full = replace(self, **{name: value for name, value in preset.items() if getattr(self, name) is None})
+        full._refuse_what_does_not_go_together()
         if full.solver == "q_learning" and full.hypergradient in ("implicit", "hvp_cg"):
             raise InputError(
                 "hypergradient",
@@ -141,9 +164,59 @@ class SecurityConfig:
             )
         return full
 
+    @property
+    def expert_temperature(self) -> float:
+        """The expert's temperature, whether or not the learner is told."""
+        if isinstance(self.temperature, float):
+            return self.temperature
+        return self._default_temperature
 
-DEFAULT: dict[str, Any] = {
-    "lower_level": "played",
+    @property
+    def _default_temperature(self) -> float:
+        return 0.4 if self.graph is None or Path(self.graph).is_file() else 0.05
+
+    def _refuse_what_does_not_go_together(self) -> None:
+        if self.commitment == "reward":
+            strange, mend = [name for name in ONLY_POLICY if getattr(self, name) is not None], "policy"
+            if self.lower_level == "likelihood":
+                strange.append("lower_level")
+            if self.temperature == "unknown":
+                raise InputError("temperature", "cannot be unknown to the paper's algorithm", "use --commitment policy")
+        else:
+            strange, mend = [name for name in ONLY_REWARD if getattr(self, name) is not None], "reward"
+            if self.lower_level == "equilibrium":
+                strange.append("lower_level")
+            if self.expert == "simulated" and self.algorithm == "gsiirl":
+                raise InputError(
+                    "expert", "simulated is told the reward that the learner acts on", "use --commitment reward"
+                )
+            if self.lower_level == "matching" and (self.explore, self.hand_back) != ("estimate", "estimate"):
+                raise InputError(
+                    "lower_level", "matching has no posterior", "use explore estimate and hand_back estimate"
+                )
+        if strange and self.algorithm in ("gsiirl", "paper"):
+            value = getattr(self, strange[0])
+            raise InputError(
+                strange[0], f"{value} does not go with a commitment to a {self.commitment}", f"use --commitment {mend}"
+            )
+
+
+POLICY: dict[str, Any] = {
+    "commitment": "policy",
+    "lower_level": "likelihood",
+    "explore": "thompson",
+    "hand_back": "average",
+    "starts": "many",
+    "feedback": "model",
+}
+"""What `gsiirl` sets where nothing is given."""
+
+ONLY_POLICY = ("explore", "hand_back", "starts", "feedback")
+ONLY_REWARD = ("response", "hypergradient", "schedule", "honest_start", "perturbation", "perturbation_decay")
+
+REWARD: dict[str, Any] = {
+    "commitment": "reward",
+    "lower_level": "matching",
     "response": "well_specified",
     "hypergradient": "implicit",
     "schedule": "adam",
@@ -152,9 +225,10 @@ DEFAULT: dict[str, Any] = {
     "perturbation": 0.05,
     "perturbation_decay": 0.101,
 }
-"""What `gsiirl` sets where nothing is given."""
+"""What `gsiirl` sets for a commitment to a reward."""
 
 PAPER: dict[str, Any] = {
+    "commitment": "reward",
     "lower_level": "equilibrium",
     "response": "frozen",
     "hypergradient": "spsa",

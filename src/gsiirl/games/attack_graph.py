@@ -12,7 +12,7 @@ from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import MatchingPayoff
 from gsiirl.scenarios.network import AttackNetwork
-from gsiirl.types import Sides
+from gsiirl.types import AnyArray, Sides
 
 
 class AttackGraph(AbstractTabularGame):
@@ -28,7 +28,7 @@ class AttackGraph(AbstractTabularGame):
     successors: Int[Array, "S E"]
     predecessors: Int[Array, "S E"]
     targets: Int[Array, " E"]
-    initial: Float[Array, " S"]
+    initial: Float[AnyArray, " S"]
     horizon: int = eqx.field(static=True)
     no_op: Sides[bool] = eqx.field(static=True)
     number_of_nodes: int = eqx.field(static=True)

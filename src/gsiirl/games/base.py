@@ -4,12 +4,28 @@ import abc
 from typing import Generic, TypeVar
 
 import equinox as eqx
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.types import Sides
+from gsiirl.types import AnyArray, Sides
 
 State = TypeVar("State")
+FORBIDDEN = -1e30
+"""The value of an action that may not be chosen: e to the power of it is exactly 0, and its derivative is no NaN."""
+
+
+def only_allowed(values: Float[Array, "*b S A"], allowed: Bool[Array, "S A"] | None) -> Float[Array, "*b S A"]:
+    """Action values with `FORBIDDEN` for the actions that may not be chosen."""
+    return values if allowed is None else jnp.where(jnp.broadcast_to(allowed, values.shape), values, FORBIDDEN)
+
+
+def uniform_policy(game: "AbstractTabularGame") -> Float[Array, "T S A_l"]:
+    """The learner's policy that chooses every allowed action equally often."""
+    shape = (game.horizon, game.number_of_states, game.number_of_actions.learner)
+    logits = only_allowed(jnp.zeros(shape, game.initial.dtype), game.allowed.learner)
+    return jax.nn.softmax(logits, axis=-1)
 
 
 class AbstractTabularGame(eqx.Module):
@@ -20,7 +36,7 @@ class AbstractTabularGame(eqx.Module):
     """
 
     horizon: eqx.AbstractVar[int]
-    initial: eqx.AbstractVar[Float[Array, " S"]]
+    initial: eqx.AbstractVar[Float[AnyArray, " S"]]
 
     @property
     @abc.abstractmethod
@@ -31,6 +47,22 @@ class AbstractTabularGame(eqx.Module):
     def number_of_states(self) -> int:
         """S."""
         return self.initial.shape[0]
+
+    @property
+    def allowed(self) -> Sides[Bool[Array, "S A"] | None]:
+        """Which actions each side may choose in a state; None where it may choose all."""
+        return Sides(None, None)
+
+    @property
+    def terminal(self) -> Bool[Array, " S"] | None:
+        """States on whose arrival an episode is over; None where there are none."""
+        return None
+
+    def alive(self, values: Float[Array, "*b S"]) -> Float[Array, "*b S"]:
+        """`values` with 0 in terminal states: nothing is earned, and nothing is seen, after an episode's end."""
+        if self.terminal is None:
+            return values
+        return jnp.where(jnp.broadcast_to(self.terminal, values.shape), 0.0, values)
 
     @abc.abstractmethod
     def continuation(self, values: Float[Array, " S"]) -> AbstractPayoff:

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from gsiirl.types import Sides
+from gsiirl.types import AnyArray, Sides
 
 
 class AbstractPayoff(eqx.Module):
@@ -76,7 +76,7 @@ class AbstractPayoff(eqx.Module):
 class DensePayoff(AbstractPayoff):
     """A payoff without structure: the matrix itself."""
 
-    values: Float[Array, "*b A_l A_e"]
+    values: Float[AnyArray, "*b A_l A_e"]
 
     @property
     def number_of_actions(self) -> tuple[int, int]:
@@ -94,7 +94,7 @@ class DensePayoff(AbstractPayoff):
         return jnp.einsum("...le,...l,...e->...", self.values, learner_policy, expert_policy)
 
     def dense(self) -> Float[Array, "*b A_l A_e"]:
-        return self.values
+        return jnp.asarray(self.values)
 
     def solve_coupled(
         self,

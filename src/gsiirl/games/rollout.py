@@ -28,7 +28,8 @@ def rollout(key: PRNGKeyArray, game: AbstractTabularGame, policies: Policies) ->
 
     keys = jax.random.split(episode_key, game.horizon)
     _, (states, actions) = jax.lax.scan(one_step, game.reset(reset_key), (keys, policies))
-    return Trajectories(states=states, actions=actions, mask=jnp.ones(game.horizon, bool))
+    over = jnp.zeros(game.horizon, bool) if game.terminal is None else game.terminal[states]
+    return Trajectories(states=states, actions=actions, mask=~over)
 
 
 def initial_states(game: AbstractContinuousGame, key: PRNGKeyArray, number: int) -> PyTree:

@@ -11,30 +11,30 @@ from gsiirl.types import Policies, Trajectories
 
 
 def state_distributions(game: AbstractTabularGame, policies: Policies) -> Float[Array, "T S"]:
-    """d_t(s) = P(s_t = s | π), t = 0, …, T − 1."""
+    """d_t(s) = P(s_t = s | π), t = 0, …, T − 1; 0 in terminal states, where nothing happens any more."""
 
     def forward(distribution, policies_now):
-        return game.advance(distribution, policies_now), distribution
+        return game.advance(distribution, policies_now), game.alive(distribution)
 
     _, distributions = jax.lax.scan(forward, game.initial, policies)
     return distributions
 
 
 def expected_return(
-    game: AbstractTabularGame, reward: AbstractPayoff, policies: Policies, discount: float
+    game: AbstractTabularGame, reward: AbstractPayoff, policies: Policies, discount: float | Float[Array, ""]
 ) -> Float[Array, ""]:
     """E^π[Σ_t γ^t r(s_t, a_t)] by backward recursion; `discount` = 1 gives the undiscounted return."""
 
     def backward(values, policies_now):
         payoff = reward + game.continuation(values) * discount
-        return payoff.expected(policies_now.learner, policies_now.expert), None
+        return game.alive(payoff.expected(policies_now.learner, policies_now.expert)), None
 
     values, _ = jax.lax.scan(backward, jnp.zeros_like(game.initial), policies, reverse=True)
     return jnp.vdot(game.initial, values)
 
 
 def reward_gradient_expectation(
-    game: AbstractTabularGame, reward: Linear, policies: Policies, discount: float
+    game: AbstractTabularGame, reward: Linear, policies: Policies, discount: float | Float[Array, ""]
 ) -> Float[Array, " m"]:
     """μ(π) = E^π[Σ_t γ^t ∇_θ r^θ(s_t, a_t)] ∈ R^m, exactly (the paper's Lemma 1)."""
     distributions = state_distributions(game, policies)
@@ -50,7 +50,7 @@ def reward_gradient_expectation(
 
 
 def sampled_reward_gradient(
-    reward: Linear, demonstrations: Trajectories, discount: float, dtype: jnp.dtype
+    reward: Linear, demonstrations: Trajectories, discount: float | Float[Array, ""], dtype: jnp.dtype
 ) -> Float[Array, " m"]:
     """μ̂(D) = (1/d) Σ_{i=1..d} Σ_t γ^t ∇_θ r^θ(s_it, a_it) ∈ R^m, over the d trajectories of D."""
     features = jax.vmap(jax.vmap(reward.features))(demonstrations.states, demonstrations.actions)

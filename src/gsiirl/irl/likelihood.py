@@ -21,8 +21,8 @@ def expected_negative_log_likelihood(
     reward: Linear,
     parameters: Float[Array, " m"],
     demonstrated: Policies,
-    temperature: float,
-    discount: float,
+    temperature: float | Float[Array, ""],
+    discount: float | Float[Array, ""],
     regularisation: float,
 ) -> Float[Array, ""]:
     """L of infinitely many demonstrations: the expectation over exact occupancies of the `demonstrated` policies."""
@@ -40,8 +40,8 @@ def played_gradient(
     parameters: Float[Array, " m"],
     learner_policy: Float[Array, "T S A_l"],
     demonstrated: Float[Array, " m"],
-    temperature: float,
-    discount: float,
+    temperature: float | Float[Array, ""],
+    discount: float | Float[Array, ""],
     regularisation: float,
 ) -> Float[Array, " m"]:
     """Lemma 1 for one interaction: (μ_e(π_l, respond(π_l, θ_e)) − μ̂_e)/τ + λ θ_e, `demonstrated` being μ̂_e(D)."""

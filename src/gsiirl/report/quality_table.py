@@ -19,6 +19,19 @@ class Metric:
 
 
 METRICS = {
+    "regret": Metric(
+        "regret",
+        "what the deployed learner misses, as a share of what lies between the worst and the best commitment that a "
+        "search with the true reward finds (discounted)",
+        "share",
+    ),
+    "ceiling_return_learner": Metric(
+        "best commitment", "the learner's return at the best one found; no learner knows it"
+    ),
+    "sharp_return_learner": Metric(
+        "sharp MARL",
+        "the learner's return at an equilibrium of both true rewards, it being thirty times sharper than the expert",
+    ),
     "expert_reward_pearson": Metric(
         "Pearson, expert's reward", "correlation with the truth over reachable pairs; 1 is perfect"
     ),

@@ -18,6 +18,7 @@ def verdicts(group: GameGroup) -> list[str]:
         sentences += _return_verdict(group, label, run, full=place == 0)
         if place == 0:
             sentences += _answered_verdict(group, label, run)
+            sentences += _commitment_verdict(group, label, run)
     for label, run in learners:
         sentences += _reward_verdict(group, label, run)
     for label, run in learners[:1]:
@@ -64,6 +65,22 @@ def _answered_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[st
         f"{learner.verb('it', 'them')}. Once the real {expert} has answered {learner.verb('it', 'them')} too, "
         f"{learner.verb('it ends', 'they end')} at {met}: {learner.verb('that', 'those')} of {label} "
         f"{learner.verb('does', 'do')} {_comparison(gap, 'that')}."
+    ]
+
+
+def _commitment_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]:
+    """How far from the best commitment, and from the strongest rival that was given both rewards."""
+    regret, ceiling, sharp = (
+        run.estimate(name) for name in ("regret", "ceiling_return_learner", "sharp_return_learner")
+    )
+    if regret is None or ceiling is None or sharp is None:
+        return []
+    learner, _ = group.sides
+    return [
+        f"Much of MARL's distance is that its {learner} plays softly: one that is thirty times sharper earns "
+        f"{format_number(sharp.mean, 3)}. The best commitment that a search with the true reward finds earns "
+        f"{format_number(ceiling.mean, 3)}; of what lies between the worst and that, {label} misses "
+        f"{format_number(100 * regret.mean, 2)} %."
     ]
 
 

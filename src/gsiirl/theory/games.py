@@ -56,11 +56,10 @@ class RandomProblem(eqx.Module):
         """
         random = np.random.default_rng(seed)
         shape = (size.states, size.learner_actions, size.expert_actions)
-        game = TabularGame.create(
-            random.integers(size.states, size=(*shape, 3)),
-            random.dirichlet(np.ones(3), size=shape),
-            random.dirichlet(np.ones(size.states)),
-            size.horizon,
+        game = TabularGame.from_arrays(
+            (random.integers(size.states, size=(*shape, 3)), random.dirichlet(np.ones(3), size=shape)),
+            initial=random.dirichlet(np.ones(size.states)),
+            horizon=size.horizon,
         )
         true = random.normal(size=size.expert_parameters)
         return cls(

@@ -31,7 +31,7 @@ def printed_problem(model: SoftJointModel, demonstrations: Float[Array, "T S A_l
     def evaluate(learner: Array, expert: Array) -> tuple[Array, Array]:
         increments, joint = _increments(model, learner, expert), model.solve(learner, expert).joint
         transitions, expected = _under(model, joint, increments)
-        ((totals,),) = recomputed(game.initial[None, None, :], transitions, expected, model.discount)
+        ((totals,),) = recomputed(jnp.asarray(game.initial)[None, None, :], transitions, expected, model.discount)
         demonstrated = model.expert_expectation(demonstrations, expert)
         return totals[-1], (totals[learner.size : -1] - demonstrated) / model.temperature
 

@@ -63,7 +63,7 @@ class SoftJointModel(eqx.Module):
 
     def demonstrating_policy(self, learner_parameters: Float[Array, " n"]) -> SoftJointSolution:
         """The joint policy for r_ld^θ_l + r_li and the true r_e."""
-        return self._solve(learner_parameters, self.instance.true_expert_reward().values)
+        return self._solve(learner_parameters, self.instance.true_expert_reward().dense())
 
     def objective(self, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Array:
         """f(θ_l, θ_e)."""

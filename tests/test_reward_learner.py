@@ -13,7 +13,7 @@ from gsiirl.expert import RespondingExpert
 from gsiirl.hypergradients import FiniteDifference, Implicit
 from gsiirl.interaction import interact
 from gsiirl.irl import reward_gradient_expectation
-from gsiirl.learner import GSIIRL, PROBE, GSIIRLState
+from gsiirl.reward_learner import PROBE, RewardGSIIRL, RewardLearnerState
 from gsiirl.scenarios import random_network
 from gsiirl.types import Interaction
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("optax_promotion")
 
 ITERATIONS, TRAJECTORIES, SEEDS = 4, 50, 4
 CONFIG = SecurityConfig(
-    nodes=4, edges=5, horizon=4, temperature=0.4, reward_bound=1.5, inner_steps=5, remembered=6
+    commitment="reward", nodes=4, edges=5, horizon=4, temperature=0.4, reward_bound=1.5, inner_steps=5, remembered=6
 ).resolved()
 
 
@@ -36,21 +36,21 @@ class Runs(eqx.Module):
     problem: SecurityProblem
 
     @eqx.filter_jit
-    def begin(self, seed: jax.Array) -> GSIIRLState:
-        return self.problem.learner.init(jax.random.key(seed))
+    def begin(self, seed: jax.Array) -> RewardLearnerState:
+        return self.problem.reward_learner.init(jax.random.key(seed))
 
-    def _advance(self, seed: jax.Array, state: GSIIRLState, first: jax.Array) -> GSIIRLState:
-        learner, expert = self.problem.learner, self.problem.expert
+    def _advance(self, seed: jax.Array, state: RewardLearnerState, first: jax.Array) -> RewardLearnerState:
+        learner, expert = self.problem.reward_learner, self.problem.expert
         key = jax.random.key(1000 + seed)
         return interact(learner, expert, state, key, first, ITERATIONS, TRAJECTORIES, lambda state, proposal: {})[0]
 
     @eqx.filter_jit
-    def one(self, seed: jax.Array, state: GSIIRLState, first: jax.Array) -> GSIIRLState:
+    def one(self, seed: jax.Array, state: RewardLearnerState, first: jax.Array) -> RewardLearnerState:
         """The state `ITERATIONS` rounds later."""
         return self._advance(seed, state, first)
 
     @eqx.filter_jit
-    def many(self, seeds: jax.Array, states: GSIIRLState, first: jax.Array) -> GSIIRLState:
+    def many(self, seeds: jax.Array, states: RewardLearnerState, first: jax.Array) -> RewardLearnerState:
         """The same for all seeds at once."""
         return jax.vmap(self._advance, (0, 0, None))(seeds, states, first)
 
@@ -66,9 +66,9 @@ def numbers_in(tree: object) -> set[float]:
     return {abs(float(value)) for leaf in leaves for value in leaf.ravel()} - {0.0, 1.0}
 
 
-def an_interaction(problem: SecurityProblem, state: GSIIRLState) -> Interaction:
+def an_interaction(problem: SecurityProblem, state: RewardLearnerState) -> Interaction:
     assert isinstance(problem.expert, RespondingExpert)
-    played = problem.learner.propose(state).policies.learner
+    played = problem.reward_learner.propose(state).policies.learner
     return Interaction(played, problem.expert.demonstrate(played, TRAJECTORIES, jax.random.key(5)))
 
 
@@ -76,10 +76,10 @@ def test_no_number_of_the_true_expert_reward_is_among_the_learners(problem):
     secret = numbers_in(problem.expert.reward) | numbers_in(jnp.asarray(problem.true_weights["expert_reward"]))
     assert len(secret) > 10
     assert secret & numbers_in(problem.truth)
-    assert not secret & numbers_in(problem.learner)
-    state = problem.learner.init(jax.random.key(0))
+    assert not secret & numbers_in(problem.reward_learner)
+    state = problem.reward_learner.init(jax.random.key(0))
     # Nor is one closed over by what `update` computes.
-    traced = jax.make_jaxpr(problem.learner.update)(
+    traced = jax.make_jaxpr(problem.reward_learner.update)(
         state, jax.eval_shape(lambda: an_interaction(problem, state)), jax.random.key(1)
     )
     constants = [constant for constant in traced.consts if not jnp.issubdtype(constant.dtype, jax.dtypes.prng_key)]
@@ -93,7 +93,9 @@ def test_the_learner_is_the_same_whatever_the_expert_wants(problem):
         CONFIG, dataclasses.replace(network, value=2.0 - network.value, attack_cost=0.5 * network.attack_cost)
     )
     assert numbers_in(other.expert.reward) != numbers_in(problem.expert.reward)
-    for one, another in zip(jax.tree.leaves(problem.learner), jax.tree.leaves(other.learner), strict=True):
+    for one, another in zip(
+        jax.tree.leaves(problem.reward_learner), jax.tree.leaves(other.reward_learner), strict=True
+    ):
         np.testing.assert_array_equal(one, another)
 
 
@@ -132,19 +134,21 @@ def test_the_learner_ends_at_least_where_marl_does_and_finds_the_rewards(problem
 
     @jax.jit
     def judged(state):
-        return problem.truth.evaluate(problem.learner.propose(state).policies)["deployed_return_learner"]
+        return problem.truth.evaluate(problem.reward_learner.propose(state).policies)["deployed_return_learner"]
 
     marl = float(eqx.filter_jit(problem.truth.references)()["truth_return_learner"])
     deployed = jnp.stack([judged(jax.tree.map(lambda leaf, k=k: leaf[k], states)) for k in range(SEEDS)])
     assert float(deployed.min()) >= marl - 1e-3 * abs(marl)
     # What was read of r_ld is known exactly, up to the ridge, wherever an attack was seen.
-    fitted = jax.vmap(problem.learner.fitted_dependent_reward)(states) * problem.learner.dependent_reward.scale
+    fitted = (
+        jax.vmap(problem.reward_learner.fitted_dependent_reward)(states) * problem.reward_learner.dependent_reward.scale
+    )
     losses = np.asarray(problem.true_weights["dependent_reward"])[1:4]
     np.testing.assert_allclose(fitted[:, 1:4], np.broadcast_to(losses, (SEEDS, 3)), atol=0.05)
 
 
 def test_the_ascent_starts_from_the_better_of_commitment_and_fitted_reward(problem):
-    learner = problem.learner
+    learner = problem.reward_learner
     state = learner.init(jax.random.key(0))
     true = jnp.asarray(problem.true_weights["dependent_reward"]) / learner.dependent_reward.scale
     worse = -true
@@ -154,17 +158,17 @@ def test_the_ascent_starts_from_the_better_of_commitment_and_fitted_reward(probl
         np.testing.assert_array_equal(chosen, true)
 
 
-def one_update(learner: GSIIRL, state: GSIIRLState, interaction: Interaction) -> GSIIRLState:
+def one_update(learner: RewardGSIIRL, state: RewardLearnerState, interaction: Interaction) -> RewardLearnerState:
     return eqx.filter_jit(learner.update)(state, interaction, jax.random.key(7))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("lower_level", "response"), [("equilibrium", "frozen"), ("played", "measured")])
 def test_exact_estimators_lead_to_the_same_state(problem, lower_level, response):
-    bilevel = dataclasses.replace(problem.learner.bilevel, lower_level=lower_level)
+    bilevel = dataclasses.replace(problem.reward_learner.bilevel, lower_level=lower_level)
     after = []
     for estimator in (Implicit(response), FiniteDifference(response)):
-        learner = dataclasses.replace(problem.learner, bilevel=bilevel, hypergradient=estimator)
+        learner = dataclasses.replace(problem.reward_learner, bilevel=bilevel, hypergradient=estimator)
         learner = dataclasses.replace(learner, optimiser=optax.sgd(1e-2), honest_start=False)
         state = learner.init(jax.random.key(0))
         interaction = an_interaction(problem, state)
@@ -178,9 +182,9 @@ def test_exact_estimators_lead_to_the_same_state(problem, lower_level, response)
 
 
 def test_probes_lie_on_both_sides_of_the_commitment_and_are_asked_for_by_measured_alone(problem):
-    state = problem.learner.init(jax.random.key(0))
-    assert problem.learner.probes(state, jax.random.key(1)) is None
-    measuring = dataclasses.replace(problem.learner, hypergradient=Implicit("measured"))
+    state = problem.reward_learner.init(jax.random.key(0))
+    assert problem.reward_learner.probes(state, jax.random.key(1)) is None
+    measuring = dataclasses.replace(problem.reward_learner, hypergradient=Implicit("measured"))
     probes = measuring.probes(state, jax.random.key(1))
     np.testing.assert_allclose(jnp.mean(probes.commitment, axis=0), state.commitment, atol=1e-15)
     np.testing.assert_allclose(jnp.abs(probes.commitment - state.commitment[None, :]), PROBE, atol=1e-15)
@@ -190,7 +194,7 @@ def test_probes_lie_on_both_sides_of_the_commitment_and_are_asked_for_by_measure
 @pytest.mark.slow
 def test_the_measured_slope_is_the_change_of_what_the_expert_shows(problem):
     """Along its direction the Jacobian gives the difference of the demonstrations at the two probes."""
-    measuring = dataclasses.replace(problem.learner, hypergradient=Implicit("measured"))
+    measuring = dataclasses.replace(problem.reward_learner, hypergradient=Implicit("measured"))
     state, key = measuring.init(jax.random.key(0)), jax.random.key(1)
     probes = measuring.probes(state, key)
     answers = jax.vmap(lambda probe: an_interaction(problem, probe).demonstrations)(probes)
@@ -202,15 +206,18 @@ def test_the_measured_slope_is_the_change_of_what_the_expert_shows(problem):
 
 
 def test_games_solved_are_counted(problem):
-    for learner, evaluations, expected in ((problem.learner, 2, 1 + 2 + 2), (build_paper(problem), 5, 1 + 1 + 5)):
+    for learner, evaluations, expected in (
+        (problem.reward_learner, 2, 1 + 2 + 2),
+        (build_paper(problem), 5, 1 + 1 + 5),
+    ):
         assert int(learner._solves(jnp.asarray(0), jnp.asarray(evaluations))) == expected
-    measuring = dataclasses.replace(problem.learner, hypergradient=Implicit("measured"))
+    measuring = dataclasses.replace(problem.reward_learner, hypergradient=Implicit("measured"))
     # Three proposals, the two honest starts, and two solves in each evaluation with the policy as played.
     assert int(measuring._solves(jnp.asarray(0), jnp.asarray(4))) == 3 + 2 + 8
 
 
-def build_paper(problem: SecurityProblem) -> GSIIRL:
-    return GSIIRL.paper(problem.learner.bilevel, iterations=ITERATIONS, smoothness=60.0)
+def build_paper(problem: SecurityProblem) -> RewardGSIIRL:
+    return RewardGSIIRL.paper(problem.reward_learner.bilevel, iterations=ITERATIONS, smoothness=60.0)
 
 
 @pytest.mark.slow

@@ -1,0 +1,58 @@
+"""What a learner earns by committing to a policy that the expert answers.
+
+    f(π_l; θ) = E^(π_l, π_e)[Σ_t γ^t (r_ld + r_li)],    π_e = respond(π_l, θ·φ) at temperature 1
+
+One recursion backward in t gives π_e, a second one f; the gradient by π_l goes through both.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from gsiirl.equilibria.response import respond
+from gsiirl.games.base import AbstractTabularGame, only_allowed
+from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.irl.expectations import expected_return
+from gsiirl.types import Sides
+
+
+class Commitment(eqx.Module):
+    """f for one game and the learner's own reward r_ld + r_li; the expert's reward is in units of its temperature."""
+
+    game: AbstractTabularGame
+    learner_reward: AbstractPayoff
+    discount: float | Float[Array, ""]
+
+    def policy(self, logits: Float[Array, "T S A_l"]) -> Float[Array, "T S A_l"]:
+        """π_l ∝ exp(logits) over the actions that the learner may choose."""
+        return jax.nn.softmax(only_allowed(logits, self.game.allowed.learner), axis=-1)
+
+    def value(
+        self,
+        policy: Float[Array, "T S A_l"],
+        expert_reward: AbstractPayoff,
+        temperature: float | Float[Array, ""] = 1.0,
+        reaction: float | Float[Array, ""] = 1.0,
+        discount: float | Float[Array, ""] | None = None,
+    ) -> Float[Array, ""]:
+        """f(π_l) against the response to it at `temperature`.
+
+        The derivative through the expert's answer counts `reaction` times: 1 for that of f, 0 for a learner that takes
+        the answer as given. `discount` is that of the return, the expert's own being the game's.
+        """
+        answer = respond(self.game, policy, expert_reward, temperature, self.discount).policy
+        held = jax.lax.stop_gradient(answer)
+        answer = held + reaction * (answer - held)
+        earned = self.discount if discount is None else discount
+        return expected_return(self.game, self.learner_reward, Sides(policy, answer), earned)
+
+    def range_of_answers(self, expert_reward: AbstractPayoff) -> Float[Array, ""]:
+        """The largest difference between two of the expert's action values, against a learner that plays uniformly."""
+        shape = (self.game.horizon, self.game.number_of_states, self.game.number_of_actions.learner)
+        policy = self.policy(jnp.zeros(shape, self.game.initial.dtype))
+        values = respond(self.game, policy, expert_reward, 1.0, self.discount).action_values
+        allowed = self.game.allowed.expert
+        largest = jnp.max(values, axis=-1)
+        smallest = jnp.min(values if allowed is None else jnp.where(allowed[None], values, jnp.inf), axis=-1)
+        return jnp.max(largest - smallest)

@@ -1,0 +1,169 @@
+"""Reading one's own game: from an .npz file of arrays, or from a function in a Python file."""
+
+import runpy
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gsiirl.errors import InputError
+from gsiirl.expert import RespondingExpert
+from gsiirl.games.tabular import TabularGame
+from gsiirl.problem import Problem, joint_payoff, positive
+from gsiirl.result import problem_arrays, problem_from, problem_settings
+
+FIELD = "FILE"
+REQUIRED = ("initial", "horizon", "expert_reward", "temperature")
+OPTIONAL = (
+    "transitions", "successors", "probabilities", "own_reward", "dependent_value", "discount", "learner_actions",
+    "expert_actions", "terminal", "expert_features", "dependent_features", "expert_names", "dependent_names",
+    "reward_scale",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class OwnGame:
+    """A problem with the truth that a run simulates the expert with."""
+
+    name: str
+    problem: Problem
+    expert_reward: np.ndarray
+    """The true r_e, (S, A_l, A_e)."""
+    temperature: float
+    """The expert's."""
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """What `game.json` holds: the whole game, so that a run goes on without the file it came from."""
+        return {
+            "name": self.name,
+            "problem": {name: array.tolist() for name, array in problem_arrays(self.problem).items()},
+            "settings": problem_settings(self.problem),
+            "truth": {"expert_reward": self.expert_reward.tolist(), "temperature": self.temperature},
+        }
+
+    @classmethod
+    def from_json_dict(cls, content: Mapping[str, Any], path: Path) -> "OwnGame":
+        """The game in the content of a `game.json`; `path` is for errors.
+
+        Raises:
+            InputError: it is damaged.
+        """
+        try:
+            arrays = {name: np.asarray(values) for name, values in content["problem"].items()}
+            problem = problem_from(content["settings"], arrays)
+            truth = content["truth"]
+            return cls(
+                str(content["name"]), problem, np.asarray(truth["expert_reward"], float), float(truth["temperature"])
+            )
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise InputError(str(path), f"is damaged ({error!r})", "start the run again in another folder") from error
+
+
+def read_game(name: str, told_temperature: bool) -> OwnGame:
+    """The game of FILE.npz or FILE.py:NAME; the learner may not be told the temperature.
+
+    Raises:
+        InputError: there is no such file or function, or what it holds is no game.
+    """
+    path_name, _, function = name.partition(":") if ".py:" in name else (name, "", "")
+    path = Path(path_name)
+    if not path.is_file():
+        raise InputError(FIELD, f"{path_name} is no file", "give FILE.npz, or FILE.py:NAME")
+    if function:
+        return _from_function(path, function, told_temperature)
+    if path.suffix != ".npz":
+        raise InputError(FIELD, f"{path_name} is neither .npz nor .py:NAME", "give FILE.npz, or FILE.py:NAME")
+    return _from_arrays(path, told_temperature)
+
+
+def _from_arrays(path: Path, told_temperature: bool) -> OwnGame:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays: dict[str, Any] = {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+        raise InputError(FIELD, f"{path} is no .npz of plain arrays ({error})", "write it with numpy.savez") from error
+    unknown = sorted(set(arrays) - {*REQUIRED, *OPTIONAL})
+    missing = [name for name in REQUIRED if name not in arrays]
+    if unknown:
+        raise InputError(f"{unknown[0]} in {path}", "is no array of a game", f"use {', '.join(REQUIRED + OPTIONAL)}")
+    if missing:
+        raise InputError(f"{', '.join(missing)} in {path}", "is missing", "add it with numpy.savez")
+    if ("transitions" in arrays) == ("successors" in arrays and "probabilities" in arrays):
+        raise InputError(
+            f"transitions in {path}", "is missing, or given twice", "give it, or successors and probabilities"
+        )
+    numbers = {name: _number(arrays.pop(name), f"{name} in {path}") for name in ("horizon", "temperature", "discount")
+               if name in arrays}  # fmt: skip
+    transitions = arrays.get("transitions")
+    pair = (arrays.get("successors"), arrays.get("probabilities"))
+    horizon = numbers["horizon"]
+    game = TabularGame.from_arrays(
+        pair if transitions is None else transitions,
+        initial=arrays["initial"],
+        horizon=int(horizon) if horizon == int(horizon) else horizon,  # pyright: ignore[reportArgumentType]
+        learner_actions=arrays.get("learner_actions"),
+        expert_actions=arrays.get("expert_actions"),
+        terminal=arrays.get("terminal"),
+    )
+    temperature = positive(f"temperature in {path}", numbers["temperature"])
+    names = {
+        each: None if each not in arrays else [str(name) for name in np.atleast_1d(arrays[each])]
+        for each in ("expert_names", "dependent_names")
+    }
+    scale = arrays.get("reward_scale")
+    problem = Problem(
+        game,
+        own_reward=arrays.get("own_reward"),
+        dependent_value=arrays.get("dependent_value"),
+        discount=numbers.get("discount", 0.95),
+        temperature=temperature if told_temperature else None,
+        expert_features=arrays.get("expert_features"),
+        dependent_features=arrays.get("dependent_features"),
+        expert_names=names["expert_names"],
+        dependent_names=names["dependent_names"],
+        reward_scale=None if scale is None else _number(scale, f"reward_scale in {path}"),
+    )
+    reward = joint_payoff("expert_reward", arrays["expert_reward"], game).dense()
+    return OwnGame(path.stem, problem, np.asarray(reward), temperature)
+
+
+def _from_function(path: Path, name: str, told_temperature: bool) -> OwnGame:
+    mend = "let it return (Problem, true reward), or (Problem, RespondingExpert)"
+    try:
+        found = runpy.run_path(str(path)).get(name)
+    except Exception as error:
+        raise InputError(FIELD, f"{path} cannot be run ({error!r})", "mend the file") from error
+    if not callable(found):
+        raise InputError(FIELD, f"{path} has no function {name}", "name one that is there")
+    try:
+        returned = found()
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(FIELD, f"{name} of {path} failed ({error!r})", "mend the function") from error
+    if not isinstance(returned, tuple) or len(returned) != 2 or not isinstance(returned[0], Problem):
+        raise InputError(FIELD, f"{name} of {path} returned {type(returned).__name__}", mend)
+    problem, truth = returned
+    if not isinstance(problem.game, TabularGame):
+        raise InputError(FIELD, f"{name} of {path} returned a game that is none of arrays", "use TabularGame")
+    if isinstance(truth, RespondingExpert):
+        reward, temperature = truth.reward, float(truth.temperature)
+    elif hasattr(truth, "demonstrate"):
+        raise InputError(FIELD, f"{name} of {path} returned an expert that is no RespondingExpert", "use it in Python")
+    else:
+        reward, temperature = joint_payoff("true reward", truth, problem.game), problem.temperature
+    if temperature is None:
+        raise InputError(FIELD, f"{name} of {path} says nowhere the expert's temperature", "return a RespondingExpert")
+    if not told_temperature:
+        object.__setattr__(problem, "temperature", None)
+    return OwnGame(f"{path.stem}:{name}", problem, np.asarray(reward.dense()), temperature)
+
+
+def _number(value: np.ndarray, field: str) -> float:
+    array = np.asarray(value)
+    if array.ndim != 0 or array.dtype.kind not in "iuf":
+        raise InputError(field, f"is {array.dtype} of shape {array.shape}", "give one number")
+    return float(array)

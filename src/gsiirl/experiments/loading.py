@@ -1,0 +1,120 @@
+"""`gsiirl.load`: a result from where `Result.save` wrote it, or from a run folder of a finite experiment."""
+
+from pathlib import Path
+
+import jax
+import numpy as np
+import polars
+
+from gsiirl.errors import InputError
+from gsiirl.experiments.config import config_from_dict
+from gsiirl.experiments.game import GameConfig
+from gsiirl.experiments.security import SecurityConfig
+from gsiirl.problem import Problem
+from gsiirl.result import MEND, Result, check_shapes, problem_from
+from gsiirl.runs import RunFolder
+from gsiirl.runs.array_file import read_versioned_arrays
+from gsiirl.runs.json_file import read_versioned_json
+from gsiirl.runs.table_file import read_table
+
+
+def load(folder: str | Path, seed: int | None = None) -> Result:
+    """A result that `Result.save` wrote, or one seed of a run folder of `gsiirl run`.
+
+    Raises:
+        InputError: the folder holds neither, is damaged, or has no such seed.
+    """
+    path = Path(folder)
+    if not path.is_dir():
+        raise InputError("folder", f"{path} is no folder", "give one that Result.save wrote, or a run folder")
+    if (path / "config.json").is_file():
+        return load_run(path, seed)
+    if not (path / "result.json").is_file():
+        raise InputError("folder", f"{path} holds no result.json", "give one that Result.save wrote, or a run folder")
+    content = read_versioned_json(path / "result.json", MEND)
+    arrays, _ = read_versioned_arrays(path / "result.safetensors", MEND)
+    history = read_table(path / "history.parquet", MEND)
+    try:
+        if seed is not None and seed != content["seed"]:
+            raise InputError("seed", f"{seed} is not in {path}", f"it holds seed {content['seed']}")
+        problem = problem_from(content, arrays)
+        result = Result.learned(
+            problem=problem,
+            seed=int(content["seed"]),
+            trajectories=int(content["trajectories"]),
+            policy=arrays["policy"],
+            expert_policy=arrays["expert_policy"],
+            expert_weights=arrays["expert_weights"],
+            dependent_weights=arrays["dependent_weights"],
+            history=history,
+            played=arrays["played"],
+            effective_draws=float(content["effective_draws"]),
+            sampled=bool(content["sampled"]),
+        )
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(str(path / "result.json"), f"is damaged ({error!r})", MEND) from error
+    check_shapes(result, path)
+    return result
+
+
+def load_run(path: Path, seed: int | None) -> Result:
+    """One seed of a finished run of `gsiirl run security` or `gsiirl run game`; the first, where none is named.
+
+    Raises:
+        InputError: the run has not ended, keeps no policy, or has no such seed.
+    """
+    folder = RunFolder.open(path)
+    config = config_from_dict(folder.config, path / "config.json")
+    if not isinstance(config, GameConfig | SecurityConfig):
+        raise InputError("folder", f"{path} holds a run of {config.experiment}", "only finite games are loaded")
+    policies, learned = folder.load_policies(), folder.load_learned()
+    if policies is None or "learner.table" not in policies:
+        raise InputError("folder", f"{path} keeps no policy", f"finish it with gsiirl resume {path}, or run it anew")
+    if learned is None or "dependent_reward" not in learned.arrays:
+        raise InputError("folder", f"{path} is a run of {config.algorithm}, which learns no rewards", "load another")
+    chosen = learned.seeds[0] if seed is None else seed
+    if chosen not in learned.seeds:
+        raise InputError("seed", f"{chosen} is not in {path}", f"choose from {', '.join(map(str, learned.seeds))}")
+    place = learned.seeds.index(chosen)
+    problem = _problem(config, path)
+    history = folder.metrics().filter(polars.col("seed") == chosen).drop("seed")
+    effective = history["effective_draws"][-1] if "effective_draws" in history.columns else np.nan
+    policy = policies["learner.table"][place]
+    result = Result.learned(
+        problem=problem,
+        seed=chosen,
+        trajectories=config.trajectories,
+        policy=policy,
+        expert_policy=policies["expert.table"][place],
+        expert_weights=learned.weights("expert_reward")[place],
+        dependent_weights=learned.weights("dependent_reward")[place],
+        history=history,
+        played=np.zeros((0, *policy.shape)),
+        effective_draws=float(effective),
+        sampled=False,
+    )
+    check_shapes(result, path)
+    return result
+
+
+def _problem(config: GameConfig | SecurityConfig, path: Path) -> Problem:
+    if isinstance(config, GameConfig):
+        from gsiirl.experiments.game_run import own_game
+
+        return own_game(config, path / "game.json").problem
+    from gsiirl.experiments.security_problem import build
+    from gsiirl.scenarios import read_network
+
+    with jax.enable_x64(True):
+        bilevel = build(config, read_network(path / "game.json", config.variant)).bilevel
+        return Problem(
+            bilevel.game,
+            own_reward=bilevel.own_reward,
+            dependent_value=bilevel.accessed,
+            discount=config.discount,
+            temperature=None if config.temperature == "unknown" else config.expert_temperature,
+            expert_features=bilevel.expert_reward.features,
+            dependent_features=bilevel.dependent_reward.features,
+        )

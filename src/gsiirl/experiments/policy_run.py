@@ -1,0 +1,60 @@
+"""A learner that commits to a policy, as the runner sees it; shared by the finite experiments."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, PRNGKeyArray, PyTree
+
+from gsiirl.evaluation.truth import Truth, named
+from gsiirl.experiments.prepared_run import Algorithm, Ending, Record
+from gsiirl.expert import AbstractExpert
+from gsiirl.interaction import interact
+from gsiirl.learner import CommitmentLearner, LearnerState
+from gsiirl.types import Policies, Sides
+
+
+def policy_algorithm(
+    learner: CommitmentLearner,
+    expert: AbstractExpert,
+    truth: Truth,
+    trajectories: int,
+    judged: Callable[[Policies, Array, Array], Record],
+    dependent: Callable[[LearnerState], Array],
+    sample_paths: Callable[[Array, PRNGKeyArray], dict[str, Array]],
+) -> Algorithm:
+    """`judged` says what the truth says of (policies, weights of r_e in units of τ, weights of r_ld).
+
+    Recorded as deployed is, along the iterations, the best policy under the estimate so far, and at the end the one
+    that is handed back; what was played stands beside it.
+    """
+
+    def observe(state: LearnerState, policies: Policies) -> Record:
+        played = truth.returns(Sides(state.proposed, truth.expert_response(state.proposed)))
+        return {
+            **judged(policies, learner.lower.estimate(state.lower), dependent(state)),
+            **named("played", played),
+            **learner.report(state),
+            "expert_trajectories": state.count * trajectories,
+            "game_solves": jnp.zeros_like(state.count),
+        }
+
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        def record(state: PyTree, _: PyTree) -> Record:
+            return observe(state, learner.incumbent(state).policies)
+
+        return interact(learner, expert, state, key, first, number, trajectories, record)
+
+    def finish(state: LearnerState, key: PRNGKeyArray) -> Ending:
+        path_key, end_key = jax.random.split(key)
+        policies = learner.end(state, end_key).policies
+        learned = {"expert_reward": learner.lower.estimate(state.lower), "dependent_reward": dependent(state)}
+        paths = sample_paths(policies.learner, path_key)
+        return Ending(observe(state, policies), paths, learned, {}, saved(policies))
+
+    return Algorithm(learner.init, advance, finish)
+
+
+def saved(policies: Policies) -> dict[str, Array]:
+    """A joint policy as a run folder keeps it: tables (T, S, A)."""
+    return {"learner.table": policies.learner, "expert.table": policies.expert}

@@ -1,0 +1,372 @@
+"""The front door: a problem, an expert, and what comes of living with it."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Literal, overload
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import polars
+import rich.console
+import rich.progress
+from jaxtyping import Array, PyTree
+
+from gsiirl.commitment.objective import Commitment
+from gsiirl.errors import FitWarning, InputError
+from gsiirl.expert import AbstractExpert, SimulatedExpert
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.tabular import whole_number
+from gsiirl.interaction import Demonstrator
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
+from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel, MatchingLevel
+from gsiirl.irl.posterior import Inference
+from gsiirl.learner import CommitmentLearner, Explore, Feedback, HandBack, LearnerState, remembered
+from gsiirl.problem import Problem
+from gsiirl.result import Result, Results
+from gsiirl.rewards.linear import Linear
+from gsiirl.types import Interaction, Sides, Trajectories
+
+LowerLevel = Literal["likelihood", "matching"]
+KEPT = 2**20
+"""Numbers that the policies played may take in a result; of longer runs it keeps those played last."""
+EXPLORE, HAND_BACK = ("thompson", "estimate"), ("average", "estimate")
+MATCHING_DEVIATION = 3.0
+"""What `lower_level="matching"` takes for the size of a weight, in units of the temperature, where none is given."""
+
+
+class GSIIRL:
+    """General-sum interactive inverse reinforcement learning for a finite game.
+
+    Args:
+        problem: what the learner is told.
+        lower_level: how the expert's reward is estimated: by the conditional `likelihood`, to convergence, with a
+            posterior; or by `matching` features (the paper's Lemma 1), a few steps an iteration.
+        explore: what is played while learning: the best commitment under one draw of the posterior (`thompson`), or
+            under the `estimate`. `matching` has no posterior: it explores by the estimate.
+        hand_back: the policy to deploy: the best on `average` over the posterior, or under the `estimate`.
+        feedback: where values of r_ld are read: everywhere (`model`), or only along what was `visited`.
+        many_starts: False leaves a single ascent, from the policy before.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        *,
+        lower_level: LowerLevel = "likelihood",
+        explore: Explore | None = None,
+        hand_back: HandBack | None = None,
+        feedback: Feedback = "model",
+        many_starts: bool = True,
+    ) -> None:
+        if not isinstance(problem, Problem):
+            raise InputError("problem", f"is {type(problem).__name__}", "give a gsiirl.Problem")
+        self.problem = problem
+        has_posterior = lower_level == "likelihood"
+        self._lower_level = _one_of("lower_level", lower_level, ("likelihood", "matching"))
+        self._explore: Any = _one_of(
+            "explore", ("thompson" if has_posterior else "estimate") if explore is None else explore, EXPLORE
+        )
+        self._hand_back: Any = _one_of(
+            "hand_back", ("average" if has_posterior else "estimate") if hand_back is None else hand_back, HAND_BACK
+        )
+        self._feedback: Any = _one_of("feedback", feedback, ("model", "visited"))
+        self._many_starts = many_starts
+        if not has_posterior and (self._explore, self._hand_back) != ("estimate", "estimate"):
+            raise InputError("lower_level", "matching has no posterior", 'use explore="estimate", hand_back="estimate"')
+
+    def __repr__(self) -> str:
+        return f"GSIIRL({self.problem!r})"
+
+    @overload
+    def fit(
+        self,
+        expert: Demonstrator,
+        iterations: int = ...,
+        trajectories: int = ...,
+        seed: int = ...,
+        *,
+        seeds: None = ...,
+        progress: bool = ...,
+    ) -> Result: ...
+
+    @overload
+    def fit(
+        self,
+        expert: Demonstrator,
+        iterations: int = ...,
+        trajectories: int = ...,
+        seed: int = ...,
+        *,
+        seeds: int,
+        progress: bool = ...,
+    ) -> Results: ...
+
+    def fit(
+        self,
+        expert: Demonstrator,
+        iterations: int = 50,
+        trajectories: int = 100,
+        seed: int = 0,
+        *,
+        seeds: int | None = None,
+        progress: bool = True,
+    ) -> Result | Results:
+        """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned.
+
+        `seeds` asks for as many runs, of the seeds from `seed` on. An expert of the library is compiled; any other
+        object with `demonstrate(policy, number, key)` is called, once a round and seed.
+
+        Raises:
+            InputError: an argument cannot be, or a demonstration does not fit the game.
+        """
+        game = self.problem.game
+        number, asked = whole_number("iterations", iterations, 1), whole_number("trajectories", trajectories, 1)
+        first = whole_number("seed", seed, 0)
+        several = 1 if seeds is None else whole_number("seeds", seeds, 1)
+        if first + several > 2**31:
+            raise InputError("seed", f"cannot be {seed!r}", "give a whole number below 2147483648")
+        if isinstance(expert, SimulatedExpert):
+            raise InputError(
+                "expert",
+                "a SimulatedExpert is told a reward to act on, and this learner commits to a policy",
+                "use a RespondingExpert, or gsiirl.RewardGSIIRL",
+            )
+        if not callable(getattr(expert, "demonstrate", None)):
+            raise InputError(
+                "expert", f"{type(expert).__name__} has no demonstrate", "give it demonstrate(policy, number, key)"
+            )
+        if isinstance(expert, AbstractExpert):
+            _check_same_game(expert, game)
+        with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+            learner = jax.tree.map(jnp.asarray, self.learner(number))
+            each_seed = jnp.asarray(np.arange(first, first + several))
+            keys = jax.vmap(lambda each: jax.random.split(jax.random.key(each), 3))(each_seed)
+            states = _start(learner, keys[:, 0])
+            rows, played = [], list[np.ndarray]()
+            kept = max(10, KEPT // max(1, np.prod(jax.eval_shape(_propose, learner, states)[0].shape)))
+            with _bar(number, progress) as advance:
+                for iteration in range(number):
+                    round_keys = _round_keys(keys[:, 1], jnp.asarray(iteration))
+                    policies, _ = _propose(learner, states)
+                    played = [*played[1 - kept :], np.asarray(policies)]
+                    seen = self._demonstrations(expert, policies, asked, round_keys[:, 0])
+                    states, row = _update(learner, states, policies, seen, round_keys[:, 1])
+                    rows.append(jax.tree.map(np.asarray, row))
+                    advance()
+            ended = jax.tree.map(np.asarray, _end(learner, states, keys[:, 2]))
+            weights = {
+                "expert": np.asarray(jax.vmap(learner.lower.estimate)(states.lower)),
+                "dependent": np.asarray(jax.vmap(lambda fit: fit.solve())(states.accessed)),
+            }
+        unit = 1.0 if self.problem.temperature is None else self.problem.temperature
+        results = [
+            Result.learned(
+                problem=self.problem,
+                seed=first + place,
+                trajectories=asked,
+                policy=ended.policies.learner[place],
+                expert_policy=ended.policies.expert[place],
+                expert_weights=unit * weights["expert"][place],
+                dependent_weights=weights["dependent"][place],
+                history=_history([{name: row[name][place] for name in row} for row in rows], asked),
+                played=np.stack([each[place] for each in played]),
+                effective_draws=float(ended.effective_draws[place]),
+                sampled=bool(ended.sampled[place]),
+            )
+            for place in range(several)
+        ]
+        for each in results:
+            _warn(each, learner.draws if self._hand_back == "average" else 0)
+        return results[0] if seeds is None else Results(results)
+
+    def learner(self, iterations: int) -> CommitmentLearner:
+        """The learner as pure functions, for a run of `iterations`."""
+        problem = self.problem
+        return CommitmentLearner(
+            commitment=Commitment(problem.game, problem.own_reward + problem.dependent_value, problem.discount),
+            own_reward=problem.own_reward,
+            accessed=problem.dependent_value,
+            dependent_features=problem.dependent_features,
+            lower=self._lower(),
+            explore=self._explore,
+            hand_back=self._hand_back,
+            feedback=self._feedback,
+            many_starts=self._many_starts,
+            remembered=remembered(problem.game, iterations),
+        )
+
+    def _lower(self) -> AbstractLowerLevel:
+        problem = self.problem
+        likelihood = ConditionalLikelihood(problem.game, problem.expert_features, problem.discount)
+        scale = problem.reward_scale
+        unit = 1.0 if problem.temperature is None else problem.temperature
+        deviation = None if scale is None else scale / unit
+        if self._lower_level == "likelihood":
+            return LikelihoodLevel(Inference(likelihood, None if deviation is None else np.asarray(deviation)))
+        size = (MATCHING_DEVIATION if deviation is None else deviation) * problem.expert_features.number**0.5
+        return MatchingLevel(likelihood, Linear(problem.expert_features, size), 1e-3)
+
+    def _demonstrations(self, expert: Any, policies: Array, number: int, keys: Array) -> Trajectories:
+        """Of every seed."""
+        if isinstance(expert, AbstractExpert):
+            return _demonstrate(jax.tree.map(jnp.asarray, expert), policies, number, keys)
+        each = [
+            checked(expert.demonstrate(policy, number, key), self.problem.game, number)
+            for policy, key in zip(policies, keys, strict=True)
+        ]
+        return jax.tree.map(lambda *leaves: jnp.stack(leaves), *each)
+
+
+def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
+    """Demonstrations of a user's own expert, with the library's types.
+
+    Raises:
+        InputError: they do not fit the game.
+    """
+    field = "demonstrations"
+    if not isinstance(seen, Trajectories):
+        raise InputError(field, f"are {type(seen).__name__}", "return gsiirl.types.Trajectories")
+    shape = (number, game.horizon)
+    limits = {
+        "states": (seen.states, game.number_of_states),
+        "actions.learner": (seen.actions.learner, game.number_of_actions.learner),
+        "actions.expert": (seen.actions.expert, game.number_of_actions.expert),
+    }
+    arrays = {}
+    for name, (values, _) in limits.items():
+        array = np.asarray(values)
+        if array.shape != shape or array.dtype.kind not in "iu":
+            raise InputError(
+                f"{field}.{name}", f"is {array.dtype} of shape {array.shape}", f"give integers of shape {shape}"
+            )
+        arrays[name] = array
+    mask = np.asarray(seen.mask)
+    if mask.shape != shape or mask.dtype != bool:
+        raise InputError(f"{field}.mask", f"is {mask.dtype} of shape {mask.shape}", f"give booleans of shape {shape}")
+    if game.terminal is not None:
+        states = arrays["states"]
+        known = (states >= 0) & (states < game.number_of_states)
+        mask = mask & ~(known & np.asarray(game.terminal)[np.where(known, states, 0)])
+    for name, (_, limit) in limits.items():
+        wrong = mask & ((arrays[name] < 0) | (arrays[name] >= limit))
+        if wrong.any():
+            raise InputError(
+                f"{field}.{name}", f"holds {arrays[name][wrong][0]}", f"give numbers from 0 to {limit - 1}"
+            )
+    arrays = {name: np.where(mask, array, 0) for name, array in arrays.items()}
+    for side, allowed in (("learner", game.allowed.learner), ("expert", game.allowed.expert)):
+        if allowed is None:
+            continue
+        chosen = arrays[f"actions.{side}"]
+        wrong = mask & ~np.asarray(allowed)[arrays["states"], chosen]
+        if wrong.any():
+            episode, step = np.argwhere(wrong)[0]
+            raise InputError(
+                f"{field}.actions.{side}",
+                f"is {chosen[episode, step]} in state {arrays['states'][episode, step]}, which is forbidden there",
+                f"demonstrate allowed actions, or mend {side}_actions of the game",
+            )
+    whole = {name: jnp.asarray(array, jnp.int64) for name, array in arrays.items()}
+    return Trajectories(
+        states=whole["states"],
+        actions=Sides(whole["actions.learner"], whole["actions.expert"]),
+        mask=jnp.asarray(mask),
+    )
+
+
+@jax.jit
+def _start(learner: CommitmentLearner, keys: Array) -> LearnerState:
+    return jax.vmap(learner.init)(keys)
+
+
+@jax.jit
+def _round_keys(keys: Array, iteration: Array) -> Array:
+    return jax.vmap(lambda key: jax.random.split(jax.random.fold_in(key, iteration)))(keys)
+
+
+@jax.jit
+def _propose(learner: CommitmentLearner, states: LearnerState) -> tuple[Array, Array]:
+    proposal = jax.vmap(learner.propose)(states)
+    return proposal.policies.learner, proposal.policies.expert
+
+
+@jax.jit
+def _update(
+    learner: CommitmentLearner, states: LearnerState, policies: Array, seen: Trajectories, keys: Array
+) -> tuple[LearnerState, dict[str, Array]]:
+    def one(state: LearnerState, policy: Array, seen: Trajectories, key: Array):
+        state = learner.update(state, Interaction(policy, seen), key)
+        return state, learner.report(state)
+
+    return jax.vmap(one)(states, policies, seen, keys)
+
+
+@jax.jit
+def _end(learner: CommitmentLearner, states: LearnerState, keys: Array) -> PyTree:
+    return jax.vmap(learner.end)(states, keys)
+
+
+def _demonstrate_all(expert: AbstractExpert, policies: Array, number: int, keys: Array) -> Trajectories:
+    return jax.vmap(lambda policy, key: expert.demonstrate(policy, number, key))(policies, keys)
+
+
+_demonstrate = jax.jit(_demonstrate_all, static_argnums=2)
+
+
+def _check_same_game(expert: Any, game: AbstractTabularGame) -> None:
+    theirs = getattr(expert, "game", None)
+    if not isinstance(theirs, AbstractTabularGame):
+        return
+    shapes = [(each.horizon, each.number_of_states, each.number_of_actions) for each in (theirs, game)]
+    if shapes[0] != shapes[1]:
+        raise InputError(
+            "expert",
+            f"lives in a game of {theirs.number_of_states} states and {theirs.horizon} steps",
+            f"the problem's has {game.number_of_states} states and {game.horizon} steps: use the same game",
+        )
+    rules = [(each.allowed.learner, each.allowed.expert, each.terminal) for each in (theirs, game)]
+    for name, one, other in zip(("learner_actions", "expert_actions", "terminal"), *rules, strict=True):
+        if (one is None) != (other is None) or (one is not None and not np.array_equal(one, other)):  # pyright: ignore[reportArgumentType]
+            raise InputError("expert", f"lives in a game of other {name} than the problem's", "use the same game")
+
+
+def _history(rows: list[dict[str, np.floating]], trajectories: int) -> polars.DataFrame:
+    columns: dict[str, Any] = {
+        "iteration": np.arange(1, len(rows) + 1),
+        "expert_trajectories": trajectories * np.arange(1, len(rows) + 1),
+    }
+    return polars.DataFrame(columns | {name: np.asarray([row[name] for row in rows]) for name in rows[0]})
+
+
+def _warn(result: Result, draws: int) -> None:
+    last = result.history.row(-1, named=True)
+    if last.get("fit_converged", 1.0) == 0.0:
+        warnings.warn(
+            f"seed {result.seed}: the estimate of the expert's reward has not converged "
+            f"(it is {last['fit_decrement']:.1e} standard deviations from the maximum); more iterations help",
+            FitWarning,
+            stacklevel=3,
+        )
+    if draws and result.effective_draws < 0.1 * draws and not result.sampled:
+        warnings.warn(
+            f"seed {result.seed}: the posterior is far from Gaussian ({result.effective_draws:.1f} of {draws} draws "
+            "count), so that the average the policy was chosen by is rough; more trajectories help",
+            FitWarning,
+            stacklevel=3,
+        )
+
+
+def _one_of(argument: str, value: str, names: tuple[str, ...]) -> str:
+    if value not in names:
+        raise InputError(argument, f"cannot be {value!r}", f"choose {' or '.join(names)}")
+    return value
+
+
+@contextmanager
+def _bar(total: int, shown: bool) -> Iterator[Any]:
+    console = rich.console.Console(stderr=True)
+    with rich.progress.Progress(console=console, disable=not (shown and console.is_terminal)) as bars:
+        task = bars.add_task("learning", total=total)
+        yield lambda: bars.advance(task)

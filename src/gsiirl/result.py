@@ -1,0 +1,390 @@
+"""What comes of living with an expert: a policy to deploy, two rewards, and how far to trust them."""
+
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+import polars
+
+from gsiirl.errors import FitWarning, InputError
+from gsiirl.evaluation.result import Evaluation, evaluate
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.games.tabular import TabularGame
+from gsiirl.problem import Problem, StateActionNames, joint_payoff, positive
+from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
+from gsiirl.runs.array_file import write_arrays
+from gsiirl.runs.json_file import FORMAT_VERSION, versioned, write_json
+from gsiirl.runs.table_file import write_table
+
+MEND = "save the result again"
+
+
+class LearnedReward(Mapping[str, float]):
+    """A reward that was learned: the weights of its features by name.
+
+    `weights` is the vector in the order of the names, in reward units (of the temperature where that is unknown).
+    """
+
+    def __init__(self, names: Sequence[str], weights: np.ndarray, features: AbstractFeatures) -> None:
+        self.names, self.weights, self._features = names, weights, features
+
+    def __getitem__(self, name: str) -> float:
+        if isinstance(self.names, StateActionNames):
+            try:
+                return float(self.weights[self.names.index(name)])
+            except ValueError:
+                raise KeyError(name) from None
+        for each, weight in zip(self.names, self.weights, strict=True):
+            if each == name:
+                return float(weight)
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __repr__(self) -> str:
+        return f"LearnedReward({len(self)} weights, {self.weights.min():.3g} to {self.weights.max():.3g})"
+
+    @property
+    def table(self) -> np.ndarray:
+        """The reward of every (state, learner's action, expert's action), (S, A_l, A_e)."""
+        if isinstance(self._features, IndicatorFeatures):
+            return self.weights.reshape(self._features.shape)
+        if isinstance(self._features, TabularFeatures):
+            return np.asarray(self._features.table) @ self.weights
+        with jax.enable_x64(True):
+            return _dense(self._features.payoff(jax.numpy.asarray(self.weights)))
+
+    def anchored(self, name: str, value: float) -> "LearnedReward":
+        """The reward in the units in which the weight of `name` is `value`.
+
+        Where the temperature is unknown, rewards are learned in units of it; one cost that is known gives the rest.
+
+        Raises:
+            InputError: there is no such weight, or it has the other sign, or is 0.
+        """
+        if name not in set(self.names):
+            raise InputError("name", f"{name!r} is no weight", f"choose from {', '.join(list(self.names)[:10])}")
+        number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+        if not number or not np.isfinite(value) or self[name] * value <= 0:
+            raise InputError("value", f"cannot be {value!r}", f"its sign must be that of the weight, {self[name]:.3g}")
+        return LearnedReward(self.names, self.weights * (value / self[name]), self._features)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Result:
+    """What one run of `GSIIRL.fit` comes out with.
+
+    Attributes:
+        policy: π_l (T, S, A_l) to deploy: the commitment that is best on average over the posterior.
+        expert_policy: π_e (T, S, A_e), the response to `policy` that the point estimate of the expert's reward expects.
+        expert_reward: r_e by the names of its weights; `.table` (S, A_l, A_e).
+        dependent_reward: r_ld fitted to the values read along what was visited.
+        history: a row an iteration: how well the fit converged (`fit_decrement`, in standard deviations from the
+            maximum; `fit_converged`; `fit_steps`), the prior it chose, how many draws of the posterior count
+            (`effective_draws`), and how much less the next policy played earns than the best, under the estimate
+            (`played_loss`).
+        played: the policies played while learning, (iterations, T, S, A_l); of long runs the last ones.
+        reached: (T, S), False where the game never arrives at that time, whatever is done; there the policy is uniform.
+        effective_draws: how many of the draws that chose `policy` count; `sampled` whether they were too few, and
+            Hamiltonian Monte Carlo took their place.
+    """
+
+    problem: Problem
+    seed: int
+    trajectories: int
+    policy: np.ndarray
+    expert_policy: np.ndarray
+    expert_reward: LearnedReward
+    dependent_reward: LearnedReward
+    history: polars.DataFrame
+    played: np.ndarray
+    reached: np.ndarray
+    effective_draws: float
+    sampled: bool
+
+    @classmethod
+    def learned(
+        cls,
+        *,
+        problem: Problem,
+        seed: int,
+        trajectories: int,
+        policy: np.ndarray,
+        expert_policy: np.ndarray,
+        expert_weights: np.ndarray,
+        dependent_weights: np.ndarray,
+        history: polars.DataFrame,
+        played: np.ndarray,
+        effective_draws: float,
+        sampled: bool,
+    ) -> "Result":
+        """A result from arrays; where the game never arrives, the policy is made uniform."""
+        reached = reachable(problem.game)
+        allowed = problem.game.allowed.learner
+        uniform = np.ones(policy.shape[1:]) if allowed is None else np.asarray(allowed, float)
+        uniform = np.broadcast_to(uniform / uniform.sum(-1, keepdims=True), policy.shape)
+        return cls(
+            problem=problem,
+            seed=seed,
+            trajectories=trajectories,
+            policy=np.where(reached[:, :, None], policy, uniform),
+            expert_policy=np.array(expert_policy),
+            expert_reward=LearnedReward(problem.expert_names, np.array(expert_weights), problem.expert_features),
+            dependent_reward=LearnedReward(
+                problem.dependent_names, np.array(dependent_weights), problem.dependent_features
+            ),
+            history=history,
+            played=np.array(played),
+            reached=reached,
+            effective_draws=effective_draws,
+            sampled=sampled,
+        )
+
+    def __repr__(self) -> str:
+        return f"Result({self.problem!r}, seed {self.seed}, {len(self.history)} iterations of {self.trajectories})"
+
+    def act(self, state: int, t: int, key: Any) -> int:
+        """The action to take in `state` at step `t`, drawn from the policy with NumPy alone.
+
+        `key` is a seed, or a `numpy.random.Generator`, or a key of JAX. Where the game never arrives (`reached`) the
+        action is drawn uniformly, and a `FitWarning` says so.
+
+        Raises:
+            InputError: there is no such state or step.
+        """
+        horizon, states, actions = self.policy.shape
+        for name, value, limit in (("state", state, states), ("t", t, horizon)):
+            if isinstance(value, bool) or np.ndim(value) or not np.issubdtype(np.asarray(value).dtype, np.integer):
+                raise InputError(name, f"cannot be {value!r}", f"give a whole number from 0 to {limit - 1}")
+            if not 0 <= value < limit:
+                raise InputError(name, f"cannot be {value!r}", f"give a whole number from 0 to {limit - 1}")
+        if not self.reached[t, state]:
+            warnings.warn(
+                f"state {state} was never to be met at step {t}: the game does not arrive there, and the policy is "
+                "uniform; is the model of the game right?",
+                FitWarning,
+                stacklevel=2,
+            )
+        return int(_generator(key).choice(actions, p=self.policy[t, state]))
+
+    def evaluate(self, expert_reward: object, temperature: float | None = None) -> Evaluation:
+        """What the policy earns against the true expert, beside the best, the worst, random play and MARL.
+
+        `expert_reward` is the true r_e, an array (S, A_l, A_e); `temperature` the true τ, which is the problem's where
+        it has one.
+
+        Raises:
+            InputError: an argument cannot be, or the temperature is missing.
+        """
+        if temperature is None and self.problem.temperature is None:
+            raise InputError("temperature", "is not known to the problem", "give the true one to evaluate")
+        true = self.problem.temperature if temperature is None else positive("temperature", temperature)
+        if expert_reward is None:
+            raise InputError("expert_reward", "is None", "give the true one, an array (S, A_l, A_e)")
+        reward = joint_payoff("expert_reward", expert_reward, self.problem.game)
+        assert true is not None
+        return evaluate(self.problem, self.policy, self.played, reward, true, self.seed)
+
+    def save(self, folder: str | Path) -> None:
+        """Write the result, with the problem it is of, into a new or empty folder: safetensors, Parquet and JSON.
+
+        Raises:
+            InputError: the folder holds other files, or cannot be written.
+        """
+        path = Path(folder)
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            raise InputError("folder", f"{path} is not empty", "use a new or empty folder")
+        if not isinstance(self.problem.game, TabularGame):
+            raise InputError("folder", "this problem's game is none of arrays", "keep its run folder instead")
+        arrays = {
+            "policy": self.policy,
+            "expert_policy": self.expert_policy,
+            "expert_weights": self.expert_reward.weights,
+            "dependent_weights": self.dependent_reward.weights,
+            "played": self.played,
+            **_problem_arrays(self.problem),
+        }
+        content = {
+            "kind": "result",
+            "seed": self.seed,
+            "trajectories": self.trajectories,
+            "effective_draws": self.effective_draws,
+            "sampled": self.sampled,
+            **problem_settings(self.problem),
+        }
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            write_arrays(path / "result.safetensors", arrays, {"format_version": str(FORMAT_VERSION)})
+            columns = {name: self.history[name].to_numpy() for name in self.history.columns}
+            types = {name: type(self.history.schema[name]) for name in self.history.columns}
+            write_table(path / "history.parquet", columns, types)  # pyright: ignore[reportArgumentType]
+            # Last, so that a folder without it is no result.
+            write_json(path / "result.json", versioned(content))
+        except OSError as error:
+            raise InputError("folder", f"{path} cannot be written ({error.strerror})", "use another folder") from error
+
+
+class Results(Sequence[Result]):
+    """The results of several seeds, as a list of them."""
+
+    def __init__(self, results: Sequence[Result]) -> None:
+        self._results = list(results)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._results[index]
+
+    def __len__(self) -> int:
+        return len(self._results)
+
+    def __repr__(self) -> str:
+        seeds = [each.seed for each in self._results]
+        return f"Results({self._results[0].problem!r}, seeds {seeds[0]} to {seeds[-1]})"
+
+    @property
+    def mean(self) -> dict[str, float]:
+        """Mean over seeds of every weight of the expert's reward."""
+        weights = np.mean([each.expert_reward.weights for each in self._results], axis=0)
+        return dict(zip(self._results[0].expert_reward, weights.tolist(), strict=True))
+
+    @property
+    def spread(self) -> dict[str, float]:
+        """Standard deviation over seeds (n − 1) of every weight of the expert's reward."""
+        every = [each.expert_reward.weights for each in self._results]
+        spread = np.std(every, axis=0, ddof=1) if len(every) > 1 else np.zeros_like(every[0])
+        return dict(zip(self._results[0].expert_reward, spread.tolist(), strict=True))
+
+    def evaluate(self, expert_reward: object, temperature: float | None = None) -> polars.DataFrame:
+        """`Result.evaluate` of every seed, a row each."""
+        rows = []
+        for each in self._results:
+            evaluation = each.evaluate(expert_reward, temperature)
+            numbers = {name: value for name, value in evaluation.items() if isinstance(value, float)}
+            rows.append({"seed": each.seed, **numbers})
+        return polars.DataFrame(rows)
+
+
+def check_shapes(result: Result, path: Path) -> None:
+    """See that a result's arrays fit its problem.
+
+    Raises:
+        InputError: one does not.
+    """
+    game = result.problem.game
+    actions = game.number_of_actions
+    wanted = {
+        "policy": (result.policy, (game.horizon, game.number_of_states, actions.learner)),
+        "expert_policy": (result.expert_policy, (game.horizon, game.number_of_states, actions.expert)),
+        "expert_weights": (result.expert_reward.weights, (len(result.problem.expert_names),)),
+        "dependent_weights": (result.dependent_reward.weights, (len(result.problem.dependent_names),)),
+    }
+    for name, (array, shape) in wanted.items():
+        if array.shape != shape or not np.isfinite(array).all():
+            raise InputError(str(path), f"{name} is damaged: shape {array.shape} for {shape}, or not finite", MEND)
+
+
+def problem_settings(problem: Problem) -> dict[str, Any]:
+    """The part of a problem that is no array, for JSON."""
+    return {
+        "horizon": problem.game.horizon,
+        "discount": problem.discount,
+        "temperature": problem.temperature,
+        "reward_scale": problem.reward_scale,
+        "expert_names": None if isinstance(problem.expert_names, StateActionNames) else list(problem.expert_names),
+        "dependent_names": None
+        if isinstance(problem.dependent_names, StateActionNames)
+        else list(problem.dependent_names),
+    }
+
+
+def _problem_arrays(problem: Problem) -> dict[str, np.ndarray]:
+    game = problem.game
+    assert isinstance(game, TabularGame), "only games of arrays are saved as arrays"
+    arrays = {
+        "successors": game.successors,
+        "probabilities": game.probabilities,
+        "initial": game.initial,
+        "learner_actions": game.learner_actions,
+        "expert_actions": game.expert_actions,
+        "terminal": game.terminal_states,
+        "own_reward": _dense(problem.own_reward),
+        "dependent_value": _dense(problem.dependent_value),
+    }
+    for name, features in (
+        ("expert_features", problem.expert_features),
+        ("dependent_features", problem.dependent_features),
+    ):
+        if isinstance(features, TabularFeatures):
+            arrays[name] = features.table
+    return {name: np.asarray(array) for name, array in arrays.items() if array is not None}
+
+
+problem_arrays = _problem_arrays
+
+
+def problem_from(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Problem:
+    """The problem that `problem_arrays` and `problem_settings` describe."""
+    game = TabularGame.from_arrays(
+        (arrays["successors"], arrays["probabilities"]),
+        initial=arrays["initial"],
+        horizon=content["horizon"],
+        learner_actions=arrays.get("learner_actions"),
+        expert_actions=arrays.get("expert_actions"),
+        terminal=arrays.get("terminal"),
+    )
+    return Problem(
+        game,
+        own_reward=arrays["own_reward"],
+        dependent_value=arrays["dependent_value"],
+        discount=content["discount"],
+        temperature=content["temperature"],
+        expert_features=arrays.get("expert_features"),
+        dependent_features=arrays.get("dependent_features"),
+        expert_names=content["expert_names"],
+        dependent_names=content["dependent_names"],
+        reward_scale=content["reward_scale"],
+    )
+
+
+def reachable(game: AbstractTabularGame) -> np.ndarray:
+    """(T, S): whether the game can be in a state at a time, whatever the two sides do."""
+    if not isinstance(game, TabularGame):
+        return np.ones((game.horizon, game.number_of_states), bool)
+    possible = np.asarray(game.probabilities) > 0
+    for mask, axis in ((game.learner_actions, (2, 3)), (game.expert_actions, (1, 3))):
+        if mask is not None:
+            possible = possible & np.expand_dims(np.asarray(mask), axis)
+    successors, here = np.asarray(game.successors), np.asarray(game.initial) > 0
+    reached = []
+    for _ in range(game.horizon):
+        reached.append(here)
+        follow = np.zeros_like(here)
+        follow[successors[here][possible[here]]] = True
+        here = follow
+    return np.stack(reached)
+
+
+def _dense(payoff: AbstractPayoff) -> np.ndarray:
+    # In double precision whatever JAX is set to.
+    with jax.enable_x64(True):
+        return np.asarray(payoff.dense())
+
+
+def _generator(key: Any) -> np.random.Generator:
+    if isinstance(key, np.random.Generator):
+        return key
+    if isinstance(key, jax.Array):
+        typed = jax.numpy.issubdtype(key.dtype, jax.dtypes.prng_key)
+        key = np.asarray(jax.random.key_data(key) if typed else key).ravel().tolist()
+    try:
+        return np.random.default_rng(key)
+    except (TypeError, ValueError) as error:
+        raise InputError("key", f"cannot be {key!r}", "give a seed, a numpy Generator, or a key of JAX") from error

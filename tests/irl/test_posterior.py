@@ -1,0 +1,165 @@
+"""The posterior: its maximum, the prior that the evidence chooses, draws, and the way without matrices."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from commitment_oracle import Batch, Floats, response
+from small_games import HORIZON, JOINT, TERMINAL, finite_game, tabular
+
+from gsiirl.games import TabularGame
+from gsiirl.irl import posterior as posterior_module
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
+from gsiirl.irl.memory import Memory
+from gsiirl.irl.posterior import FIRST_DEVIATION, Inference, Posterior
+from gsiirl.rewards.linear import IndicatorFeatures, TabularFeatures
+
+GAME = finite_game(3, temperature=0.5)
+KEY = jax.random.key(0)
+
+
+def inference_of(model: ConditionalLikelihood, deviation: float | None, tolerance: float = 1e-3) -> Inference:
+    prior = None if deviation is None else np.asarray(deviation)
+    return jax.tree.map(jnp.asarray, Inference(model, prior, tolerance))
+
+
+def small_inference(deviation: float | None, tolerance: float = 1e-3) -> Inference:
+    return inference_of(ConditionalLikelihood(tabular(GAME), IndicatorFeatures(JOINT), 0.9), deviation, tolerance)
+
+
+@pytest.fixture(scope="module")
+def memory() -> Memory[Seen]:
+    """What was seen in three interactions of 60 episodes."""
+    random = np.random.default_rng(1)
+    policies = Batch(GAME).tidy(random.gamma(0.5, size=(3, HORIZON, *JOINT[:2])) + 1e-6)
+    shape = (HORIZON, JOINT[0], JOINT[2])
+    kept = Memory.empty(4, Seen(jnp.asarray(policies[0]), jnp.zeros(shape)))
+    for policy in policies:
+        answer, counts = response(GAME, policy), np.zeros(shape)
+        for time, state in np.ndindex(HORIZON, JOINT[0]):
+            if not TERMINAL[state]:
+                counts[time, state] = random.multinomial(20, answer[time, state])
+        kept = kept.remember(KEY, Seen(jnp.asarray(policy), jnp.asarray(counts)))
+    return kept
+
+
+def fitted(inference: Inference, memory: Memory[Seen]) -> Posterior:
+    return eqx.filter_jit(inference.fit)(inference.start(jnp.dtype(float)), memory, KEY)
+
+
+def one_shot(counts: Floats, deviation: float) -> tuple[Inference, Memory[Seen]]:
+    """One decision between two actions and one weight: the reward of the second; a learner with one action."""
+    game = TabularGame.from_arrays(np.ones((1, 1, 2, 1)), initial=[1.0], horizon=1)
+    model = ConditionalLikelihood(game, TabularFeatures(np.array([[[[0.0], [1.0]]]])), 1.0)
+    seen = Seen(jnp.ones((1, 1, 1)), jnp.asarray(counts).reshape(1, 1, 2))
+    return inference_of(model, deviation), Memory.empty(1, seen).remember(KEY, seen)
+
+
+def exact_moments(counts: Floats, deviation: float) -> tuple[float, float]:
+    """Mean and standard deviation of the posterior of `one_shot`, by summing over a fine grid."""
+    theta = np.linspace(-40, 40, 400_001)
+    log = counts[1] * theta - counts.sum() * np.logaddexp(0, theta) - 0.5 * (theta / deviation) ** 2
+    weights = np.exp(log - log.max())
+    mean = (weights * theta).sum() / weights.sum()
+    return mean, float(np.sqrt((weights * (theta - mean) ** 2).sum() / weights.sum()))
+
+
+def test_before_anything_was_seen_there_is_the_prior() -> None:
+    start = small_inference(None).start(jnp.dtype(float))
+    np.testing.assert_array_equal(start.mean, np.zeros(18))
+    np.testing.assert_allclose(start.precision, np.eye(18) / FIRST_DEVIATION**2)
+    np.testing.assert_allclose(small_inference(0.5).start(jnp.dtype(float)).prior_precision, 4.0)
+
+
+def test_the_estimate_is_the_maximum_and_the_prior_is_the_evidences(memory: Memory[Seen]) -> None:
+    inference = small_inference(None)
+    found = fitted(inference, memory)
+    assert bool(found.converged)
+    assert float(found.decrement) <= 1e-3
+    at = eqx.filter_jit(inference.likelihood.derivatives)(found.mean, memory)
+    alpha, theta = float(found.prior_precision), np.asarray(found.mean)
+    precision = np.asarray(at.fisher) + alpha * np.eye(18)
+    np.testing.assert_allclose(found.precision, precision, atol=1e-9)
+    slope = np.asarray(at.gradient) - alpha * theta
+    np.testing.assert_allclose(
+        found.decrement, np.sqrt(slope @ np.linalg.solve(precision, slope)), rtol=1e-3, atol=1e-9
+    )
+    np.testing.assert_allclose(found.log_density, at.value - 0.5 * alpha * theta @ theta, rtol=1e-9)
+    determined = 18 - alpha * np.trace(np.linalg.inv(precision))
+    assert 0 < determined < 18
+    np.testing.assert_allclose(alpha, (determined + 2) / (theta @ theta + 2 * 3.0**2), rtol=0.02)
+
+
+@pytest.mark.slow
+def test_without_matrices_the_estimate_is_the_same(memory: Memory[Seen], monkeypatch: pytest.MonkeyPatch) -> None:
+    dense = fitted(small_inference(1.5, 1e-5), memory)
+    monkeypatch.setattr(posterior_module, "DENSE", 0)
+    free = fitted(small_inference(1.5, 1e-5), memory)
+    assert free.precision is None
+    assert bool(free.converged)
+    away = np.asarray(free.mean - dense.mean)
+    assert np.sqrt(away @ np.asarray(dense.precision) @ away) <= 1e-3
+    np.testing.assert_allclose(free.log_density, dense.log_density, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_without_matrices_draws_have_the_same_covariance(memory: Memory[Seen], monkeypatch: pytest.MonkeyPatch) -> None:
+    dense = fitted(small_inference(1.5), memory)
+    monkeypatch.setattr(posterior_module, "DENSE", 0)
+    free, number = small_inference(1.5), 1000
+    found = fitted(free, memory)
+    draws = eqx.filter_jit(free.draws)(found, memory, number, KEY)
+    covariance = np.linalg.inv(np.asarray(dense.precision))
+    away = np.asarray(draws.values) - np.asarray(found.mean)
+    scale = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+    # An entry's standard error is at most sqrt(2 / number) of its scale.
+    assert (np.abs(away.T @ away / number - covariance) / scale <= 5 * np.sqrt(2 / number)).all()
+    assert (np.abs(away.mean(0)) <= 5 * np.sqrt(np.diag(covariance) / number)).all()
+    np.testing.assert_allclose(jnp.sum(draws.weights), 1.0, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_without_matrices_the_evidence_chooses_the_same_prior_on_average(
+    memory: Memory[Seen], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dense = fitted(small_inference(None, 1e-5), memory)
+    monkeypatch.setattr(posterior_module, "DENSE", 0)
+    free, before = small_inference(None, 1e-5), eqx.tree_at(lambda at: at.precision, dense, None)
+    keys = jax.random.split(KEY, 200)
+    found = eqx.filter_jit(lambda: jax.lax.map(lambda key: free.fit(before, memory, key).prior_precision, keys))()
+    # One draw stands for a trace, so that each differs.
+    ratios = np.asarray(found) / float(dense.prior_precision)
+    assert abs(ratios.mean() - 1.0) <= 5 * ratios.std() / np.sqrt(len(ratios)) + 0.02
+
+
+@pytest.mark.parametrize(("counts", "deviation"), [([0.0, 3.0], 3.0), ([40.0, 60.0], 3.0), ([0.0, 1.0], 10.0)])
+def test_weighted_draws_are_of_the_posterior_itself(counts: list[float], deviation: float) -> None:
+    inference, memory = one_shot(np.array(counts), deviation)
+    draws = eqx.filter_jit(inference.draws)(fitted(inference, memory), memory, 20_000, KEY)
+    values, weights = np.asarray(draws.values[:, 0]), np.asarray(draws.weights)
+    mean, spread = exact_moments(np.array(counts), deviation)
+    error = spread / np.sqrt(float(draws.effective))
+    assert 1000 < float(draws.effective) <= 20_000
+    assert abs(weights @ values - mean) <= 5 * error
+    assert abs(np.sqrt(weights @ (values - mean) ** 2) - spread) <= 10 * error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("counts", "deviation"), [([0.0, 3.0], 3.0), ([40.0, 60.0], 3.0)])
+def test_hamiltonian_draws_are_of_the_posterior_itself(counts: list[float], deviation: float) -> None:
+    inference, memory = one_shot(np.array(counts), deviation)
+    number = 4000
+    values = eqx.filter_jit(inference.hamiltonian)(fitted(inference, memory), memory, number, jnp.asarray(60), KEY)
+    mean, spread = exact_moments(np.array(counts), deviation)
+    assert abs(float(jnp.mean(values)) - mean) <= 5 * spread / np.sqrt(number)
+    assert abs(float(jnp.std(values)) - spread) <= 5 * spread / np.sqrt(number)
+
+
+def test_no_rounds_leave_the_chains_at_the_estimate() -> None:
+    inference, memory = one_shot(np.array([1.0, 3.0]), 3.0)
+    found = fitted(inference, memory)
+    values: Any = eqx.filter_jit(inference.hamiltonian)(found, memory, 5, jnp.asarray(0), KEY)
+    np.testing.assert_allclose(values, np.broadcast_to(found.mean, (5, 1)))
