@@ -118,7 +118,8 @@ def table(rows: list[dict]) -> str:
         seconds = np.median([row["seconds"] for row in each])
         bad = [row["game"] for row in each if row["loss"] > min(row["simple"], row["best_played"] + 1.0) + 1e-9]
         lines.append(
-            f"{kind:<16}{temperature:>6}{len(each):>4}  {columns[0]:>20}  {columns[1]:>20}  {sharp:>12.1f}{seconds:>8.2f}"
+            f"{kind:<16}{temperature:>6}{len(each):>4}  {columns[0]:>20}  {columns[1]:>20}  "
+            f"{sharp:>12.1f}{seconds:>8.2f}"
             + (f"  below what is simple or was played: {', '.join(bad)}" if bad else "")
         )
     return "\n".join(lines)

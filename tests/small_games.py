@@ -81,9 +81,9 @@ def uniform(actions: np.ndarray) -> np.ndarray:
     return np.broadcast_to(actions / actions.sum(-1, keepdims=True), (HORIZON, *actions.shape)).copy()
 
 
-def made_result(problem: Problem | None = None, seed: int = 0) -> Result:
+def made_result(given: Problem | None = None, seed: int = 0) -> Result:
     """A result that no run came to: uniform policies, weights 0, 1, 2, …"""
-    problem = problem_of(finite_game()) if problem is None else problem
+    problem: Problem = problem_of(finite_game()) if given is None else given
     return Result.learned(
         problem=problem,
         seed=seed,
@@ -104,12 +104,12 @@ def counted_compilations() -> Iterator[list[str]]:
     """The programs that are compiled inside, by name; JAX's own copy of an array to the device is none."""
     names: list[str] = []
 
-    def listen(event: str, duration: float, **about: Any) -> None:
+    def listen(event: str, duration: float, /, **about: Any) -> None:
         if event == "/jax/core/compile/backend_compile_duration" and about.get("fun_name") != "jit(stage)":
             names.append(str(about.get("fun_name")))
 
-    jax.monitoring.register_event_duration_secs_listener(listen)
+    jax.monitoring.register_event_duration_secs_listener(listen)  # pyright: ignore[reportArgumentType]
     try:
         yield names
     finally:
-        jax.monitoring.unregister_event_duration_listener(listen)
+        jax.monitoring.unregister_event_duration_listener(listen)  # pyright: ignore[reportArgumentType]

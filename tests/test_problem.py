@@ -81,7 +81,8 @@ def seen(**changes: Any) -> Trajectories:
     shape = (5, HORIZON)
     arrays = {"states": np.ones(shape, int), "learner": np.zeros(shape, int), "expert": np.zeros(shape, int)}
     arrays |= {"mask": np.ones(shape, bool)} | changes
-    return Trajectories(arrays["states"], Sides(arrays["learner"], arrays["expert"]), arrays["mask"])
+    given: dict[str, Any] = arrays
+    return Trajectories(given["states"], Sides(given["learner"], given["expert"]), given["mask"])
 
 
 def check(demonstrations: Any) -> object:

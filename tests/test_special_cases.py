@@ -85,7 +85,7 @@ def test_where_the_game_ignores_the_learner_the_estimate_is_that_of_classic_inve
     features = np.zeros((STATES, 2, ACTIONS, STATES * ACTIONS))
     for state, action in np.ndindex(STATES, ACTIONS):
         features[state, :, action, state * ACTIONS + action] = 1.0
-    model = ConditionalLikelihood(game, TabularFeatures(features), DISCOUNT)
+    model = ConditionalLikelihood(game, TabularFeatures(table=features, names=()), DISCOUNT)
     inference = jax.tree.map(jnp.asarray, Inference(model, np.asarray(DEVIATION), 1e-8))
     played = jnp.asarray(random.dirichlet(np.ones(2), size=(HORIZON, STATES)))
     seen = Seen(played, jnp.asarray(classic.counts))

@@ -29,6 +29,8 @@ from gsiirl.rewards.linear import Linear
 from gsiirl.types import Interaction, Sides, Trajectories
 
 LowerLevel = Literal["likelihood", "matching"]
+FAR = 0.1
+"""Standard deviations from the maximum of the fit from which on a warning is given."""
 KEPT = 2**20
 """Numbers that the policies played may take in a result; of longer runs it keeps those played last."""
 EXPLORE, HAND_BACK = ("thompson", "estimate"), ("average", "estimate")
@@ -342,7 +344,7 @@ def _history(rows: list[dict[str, np.floating]], trajectories: int) -> polars.Da
 
 def _warn(result: Result, draws: int) -> None:
     last = result.history.row(-1, named=True)
-    if last.get("fit_converged", 1.0) == 0.0:
+    if last.get("fit_decrement", 0.0) > FAR:
         warnings.warn(
             f"seed {result.seed}: the estimate of the expert's reward has not converged "
             f"(it is {last['fit_decrement']:.1e} standard deviations from the maximum); more iterations help",

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -34,15 +35,11 @@ class LearnedReward(Mapping[str, float]):
         self.names, self.weights, self._features = names, weights, features
 
     def __getitem__(self, name: str) -> float:
-        if isinstance(self.names, StateActionNames):
-            try:
-                return float(self.weights[self.names.index(name)])
-            except ValueError:
-                raise KeyError(name) from None
-        for each, weight in zip(self.names, self.weights, strict=True):
-            if each == name:
-                return float(weight)
-        raise KeyError(name)
+        return float(self.weights[self._places[name]])
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {name: place for place, name in enumerate(self.names)}
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -71,7 +68,7 @@ class LearnedReward(Mapping[str, float]):
         Raises:
             InputError: there is no such weight, or it has the other sign, or is 0.
         """
-        if name not in set(self.names):
+        if name not in self._places:
             raise InputError("name", f"{name!r} is no weight", f"choose from {', '.join(list(self.names)[:10])}")
         number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
         if not number or not np.isfinite(value) or self[name] * value <= 0:

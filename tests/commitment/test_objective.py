@@ -100,7 +100,8 @@ def test_without_reaction_the_gradient_takes_the_answer_as_given() -> None:
     logits = jnp.asarray(np.random.default_rng(3).normal(size=(HORIZON, *JOINT[:2])))
     value, slope = slope_of(commitment, logits, reward, tau, jnp.asarray(0.0))
     fixed = response(game, np.asarray(commitment.policy(logits)))
-    alive = 1.0 - game.terminal  # pyright: ignore[reportOptionalOperand]
+    assert game.terminal is not None
+    alive = 1.0 - game.terminal.astype(float)
 
     def return_of(logits: Floats) -> float:
         policy = np.asarray(commitment.policy(jnp.asarray(logits)))

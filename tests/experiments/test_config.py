@@ -119,12 +119,13 @@ REWARD = [(SecurityConfig, {"commitment": "reward"}), (CrossingConfig, {}), (Dec
 @pytest.mark.parametrize(("kind", "fields"), REWARD)
 @pytest.mark.parametrize("algorithm", ["gsiirl", "paper", "ma-irl", "marl"])
 def test_a_preset_fills_in_only_what_is_not_given(kind: type[ExperimentConfig], fields: dict[str, Any], algorithm: str):
-    full = load_config(kind, {"algorithm": algorithm, **fields}).resolved()
+    full: Any = load_config(kind, {"algorithm": algorithm, **fields}).resolved()
     assert (full.response, full.remembered == 1) == (
         ("frozen", True) if algorithm == "paper" else ("well_specified", False)
     )
     assert full.resolved() == full
-    assert load_config(kind, {"algorithm": algorithm, "remembered": 7, **fields}).resolved().remembered == 7
+    more: Any = load_config(kind, {"algorithm": algorithm, "remembered": 7, **fields}).resolved()
+    assert more.remembered == 7
 
 
 def test_an_unlike_field_gets_the_list_of_fields():

@@ -32,6 +32,5 @@ def test_maddpg_is_a_second_marl_where_it_can_be():
     runs = dict(plan(OUT, 2, quick=True, maddpg=True))
     added = runs.keys() - dict(plan(OUT, 2, quick=True, maddpg=False)).keys()
     assert added == {OUT / "crossing" / "marl-maddpg", OUT / "deception" / "marl-maddpg"}
-    assert {(config.algorithm, config.resolved().solver) for folder, config in runs.items() if folder in added} == {
-        ("marl", "maddpg")
-    }
+    fields = [config_to_dict(config.resolved()) for folder, config in runs.items() if folder in added]
+    assert {(each["algorithm"], each["solver"]) for each in fields} == {("marl", "maddpg")}

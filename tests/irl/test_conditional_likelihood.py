@@ -22,7 +22,7 @@ SHAPE = (HORIZON, JOINT[0], JOINT[2])
 
 
 def likelihood(features: Any = None) -> ConditionalLikelihood:
-    model = ConditionalLikelihood(tabular(GAME), features or IndicatorFeatures(JOINT), GAME.discount)
+    model = ConditionalLikelihood(tabular(GAME), features or IndicatorFeatures(shape=JOINT, names=()), GAME.discount)
     return jax.tree.map(jnp.asarray, model)
 
 
@@ -42,7 +42,7 @@ def expected_counts(game: FiniteGame, policy: Floats) -> Floats:
     return np.array(found)
 
 
-def remembered(counts: list[Floats], policies: Floats, capacity: int) -> Memory[Seen]:
+def remembered(counts: list[Any], policies: Floats, capacity: int) -> Memory[Seen]:
     """A memory of these interactions, with slots left over."""
     nothing = Seen(jnp.asarray(policies[0]), jnp.zeros(SHAPE))
     memory = Memory.empty(capacity, nothing)
@@ -52,7 +52,7 @@ def remembered(counts: list[Floats], policies: Floats, capacity: int) -> Memory[
 
 
 @pytest.fixture(scope="module")
-def counted() -> tuple[list[Floats], Floats, Memory[Seen]]:
+def counted() -> tuple[list[Any], Floats, Memory[Seen]]:
     """Three interactions of random counts in a memory of four."""
     random, policies = np.random.default_rng(6), some_policies(3)
     counts = [random.integers(0, 9, SHAPE) * (expected_counts(GAME, policy) > 0) * 1.0 for policy in policies]
@@ -89,7 +89,7 @@ def test_the_fisher_information_is_minus_the_hessian_at_expected_counts(features
     if features == "two of them":
         table = np.random.default_rng(8).normal(size=(*JOINT, 2))
         weights = jnp.array([0.7, -0.4])
-        model = likelihood(TabularFeatures(table))
+        model = likelihood(TabularFeatures(table=table, names=()))
         game = replace(GAME, expert=table @ np.asarray(weights))
     memory = remembered([expected_counts(game, policy) for policy in policies], policies, 3)
     at = eqx.filter_jit(model.derivatives)(weights, memory)

@@ -27,7 +27,9 @@ def inference_of(model: ConditionalLikelihood, deviation: float | None, toleranc
 
 
 def small_inference(deviation: float | None, tolerance: float = 1e-3) -> Inference:
-    return inference_of(ConditionalLikelihood(tabular(GAME), IndicatorFeatures(JOINT), 0.9), deviation, tolerance)
+    return inference_of(
+        ConditionalLikelihood(tabular(GAME), IndicatorFeatures(shape=JOINT, names=()), 0.9), deviation, tolerance
+    )
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +55,7 @@ def fitted(inference: Inference, memory: Memory[Seen]) -> Posterior:
 def one_shot(counts: Floats, deviation: float) -> tuple[Inference, Memory[Seen]]:
     """One decision between two actions and one weight: the reward of the second; a learner with one action."""
     game = TabularGame.from_arrays(np.ones((1, 1, 2, 1)), initial=[1.0], horizon=1)
-    model = ConditionalLikelihood(game, TabularFeatures(np.array([[[[0.0], [1.0]]]])), 1.0)
+    model = ConditionalLikelihood(game, TabularFeatures(table=np.array([[[[0.0], [1.0]]]]), names=()), 1.0)
     seen = Seen(jnp.ones((1, 1, 1)), jnp.asarray(counts).reshape(1, 1, 2))
     return inference_of(model, deviation), Memory.empty(1, seen).remember(KEY, seen)
 
@@ -70,6 +72,7 @@ def exact_moments(counts: Floats, deviation: float) -> tuple[float, float]:
 def test_before_anything_was_seen_there_is_the_prior() -> None:
     start = small_inference(None).start(jnp.dtype(float))
     np.testing.assert_array_equal(start.mean, np.zeros(18))
+    assert start.precision is not None
     np.testing.assert_allclose(start.precision, np.eye(18) / FIRST_DEVIATION**2)
     np.testing.assert_allclose(small_inference(0.5).start(jnp.dtype(float)).prior_precision, 4.0)
 
@@ -82,6 +85,7 @@ def test_the_estimate_is_the_maximum_and_the_prior_is_the_evidences(memory: Memo
     at = eqx.filter_jit(inference.likelihood.derivatives)(found.mean, memory)
     alpha, theta = float(found.prior_precision), np.asarray(found.mean)
     precision = np.asarray(at.fisher) + alpha * np.eye(18)
+    assert found.precision is not None
     np.testing.assert_allclose(found.precision, precision, atol=1e-9)
     slope = np.asarray(at.gradient) - alpha * theta
     np.testing.assert_allclose(

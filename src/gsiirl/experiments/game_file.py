@@ -100,10 +100,12 @@ def _from_arrays(path: Path, told_temperature: bool) -> OwnGame:
     transitions = arrays.get("transitions")
     pair = (arrays.get("successors"), arrays.get("probabilities"))
     horizon = numbers["horizon"]
+    if not horizon.is_integer():
+        raise InputError(f"horizon in {path}", f"cannot be {horizon}", "give a whole number of at least 1")
     game = TabularGame.from_arrays(
         pair if transitions is None else transitions,
         initial=arrays["initial"],
-        horizon=int(horizon) if horizon == int(horizon) else horizon,  # pyright: ignore[reportArgumentType]
+        horizon=int(horizon),
         learner_actions=arrays.get("learner_actions"),
         expert_actions=arrays.get("expert_actions"),
         terminal=arrays.get("terminal"),
