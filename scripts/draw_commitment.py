@@ -47,12 +47,18 @@ def draw(marks: dict[float, float]) -> Figure:
         axes.plot(first, earned(first, temperature), color=colour, linewidth=1.8, label=f"τ = {temperature}")
         axes.plot(mark, height, "o", color=colour, markersize=8, markeredgecolor="white")
         axes.annotate(
-            f"{height:.2f}", (mark, height), (0, 8), textcoords="offset points", ha="center", color=colour, fontsize=9.5
+            f"{height:.2f}",
+            (mark, height),
+            (0, -16),
+            textcoords="offset points",
+            ha="center",
+            color=colour,
+            fontsize=9.5,
         )
     axes.axhline(2.0, color=FAINT_COLOUR, linestyle="--", linewidth=1.2)
-    axes.text(0.01, 2.03, "every equilibrium, as τ → 0", color=FAINT_COLOUR, fontsize=9.5)
+    axes.text(0.01, 2.04, "every equilibrium, as τ → 0", color=FAINT_COLOUR, fontsize=9.5)
     axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(1.85, 3.7)
+    axes.set_ylim(1.4, 3.6)
     axes.set_xlabel("probability of the learner's first action", color=TEXT_COLOUR)
     axes.set_ylabel("learner's return", color=TEXT_COLOUR)
     axes.set_title("What a commitment earns; dots: learned")

@@ -3,6 +3,20 @@
 A learner commits to a time-indexed stochastic policy; an expert answers it with the entropy-regularised soft best
 response. The *ceiling* of a game is the largest return a commitment can earn, its *floor* the smallest. This module
 finds both with NumPy and SciPy alone and shares no code with the package it is used to check.
+
+How far to trust the search. It proves nothing; it was compared with a search from ten times as many starts, a miss
+being a ceiling that the longer search raises by more than 0.05 % of the distance from floor to ceiling.
+
+- One-shot games of size 3 to 5, 30 of each temperature 1, 0.4, 0.1 and 0.02: no miss, no rise above 0.00005 %. Nor
+  did 300,000 sampled commitments, of which some 150 were polished, find anything better in these 120 games.
+- Markov games of 4 states, 3x3 actions and 4 steps (``starts`` ten times as large, hence also ten times the rounds of
+  improvement): no miss in 30 games at temperature 0.02 (largest rise 0.009 %), none in 15 at 0.1 and none in 6 at
+  0.4 (no rise above 0.00005 %). At temperature 1 only an earlier, weaker version was compared: no miss in 6.
+- A larger game is searched less surely: four seeds on the 12-state, 8-step Garnet of ``public_games`` disagreed by
+  up to 0.03 % at temperatures 0.1 and 0.02, with half as many rounds again as now.
+
+The floor only sets the scale and gets half the starts. A one-shot game takes 0.2 to 0.5 s on one core, such a Markov
+game 3 to 5 s, the ten-step games of ``public_games`` 5 to 10 s and the Garnet roughly a minute.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def made_result(given: Problem | None = None, seed: int = 0) -> Result:
         expert_policy=uniform(EXPERT_ACTIONS),
         expert_weights=np.arange(float(len(problem.expert_names))) + seed,
         dependent_weights=np.arange(float(len(problem.dependent_names))),
-        history=polars.DataFrame({"iteration": [1], "expert_trajectories": [20], "fit_decrement": [0.25]}),
+        history=polars.DataFrame({"iteration": [1], "expert_trajectories": [20], "fit_decrement": [0.0005]}),
         played=uniform(LEARNER_ACTIONS)[None],
         effective_draws=40.0,
         sampled=False,

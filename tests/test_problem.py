@@ -25,6 +25,7 @@ from gsiirl import GSIIRL, InputError, Problem, RespondingExpert, SimulatedExper
 from gsiirl.equilibria import Logit
 from gsiirl.fit import checked
 from gsiirl.games import DensePayoff, TabularGame
+from gsiirl.rewards.linear import IndicatorFeatures, TabularFeatures
 from gsiirl.types import Sides, Trajectories
 
 SMALL = finite_game()
@@ -185,6 +186,14 @@ WRONG: dict[str, tuple[str, Callable[[], object]]] = {
     "features without an axis of them": ("dependent_features", lambda: problem(dependent_features=ONES)),
     "a feature of another shape": ("expert_features['toll']", lambda: problem(expert_features={"toll": SMALL.own})),
     "a feature that is NaN": ("expert_features['toll']", lambda: problem(expert_features={"toll": np.nan * ONES})),
+    "features of the library for another game": (
+        "expert_features",
+        lambda: problem(expert_features=IndicatorFeatures(shape=(3, 3, 3))),
+    ),
+    "a table of the library of another shape": (
+        "expert_features",
+        lambda: problem(expert_features=TabularFeatures(table=np.ones((3, 3, 2, 1)))),
+    ),
     "names without features": ("expert_names", lambda: problem(expert_names=["toll"])),
     "names beside a mapping": ("expert_names", lambda: problem(expert_features={"toll": ONES}, expert_names=["toll"])),
     "too few names": ("expert_names", lambda: problem(expert_features=TWO, expert_names=["toll"])),
@@ -342,6 +351,13 @@ def test_features_may_be_a_mapping_or_an_array_with_names() -> None:
     assert list(unnamed.expert_names) == ["feature 0", "feature 1"]
     for each in (mapped, named, unnamed):
         np.testing.assert_array_equal(each.expert_features.payoff(jnp.array([2.0, 1.0])).dense(), 2 + SMALL.dependent)
+
+
+def test_features_that_the_library_made_serve_too() -> None:
+    table = np.stack([ONES, SMALL.dependent], -1)
+    assert list(problem(expert_features=TabularFeatures(table=table)).expert_names) == ["feature 0", "feature 1"]
+    assert list(problem(expert_features=TabularFeatures(table=table, names=("a", "b"))).expert_names) == ["a", "b"]
+    assert problem(expert_features=IndicatorFeatures(shape=JOINT)).expert_names == problem().expert_names
 
 
 def test_without_features_every_state_and_joint_action_has_a_weight_of_its_own() -> None:

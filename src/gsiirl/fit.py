@@ -344,7 +344,7 @@ def _history(rows: list[dict[str, np.floating]], trajectories: int) -> polars.Da
 
 def _warn(result: Result, draws: int) -> None:
     last = result.history.row(-1, named=True)
-    if last.get("fit_decrement", 0.0) > FAR:
+    if not last.get("fit_decrement", 0.0) <= FAR:  # not even a number, perhaps
         warnings.warn(
             f"seed {result.seed}: the estimate of the expert's reward has not converged "
             f"(it is {last['fit_decrement']:.1e} standard deviations from the maximum); more iterations help",

@@ -174,7 +174,15 @@ def features_of(
         InputError: a shape or a name cannot be.
     """
     shape = joint_shape(game)
+    if isinstance(features, TabularFeatures):
+        names = features.names or None if names is None else names
+        features = features.table
+    if isinstance(features, IndicatorFeatures) and features.shape == shape:
+        features = None
     if isinstance(features, AbstractFeatures):
+        given = jax.eval_shape(lambda weights: features.payoff(weights).dense(), np.zeros(features.number)).shape
+        if given != shape:
+            raise InputError(argument, f"are of a reward of shape {given}", f"give some of {shape}, that of the game")
         return features, features.names
     if features is None:
         if names is not None:

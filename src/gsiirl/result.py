@@ -208,7 +208,7 @@ class Result:
             "expert_weights": self.expert_reward.weights,
             "dependent_weights": self.dependent_reward.weights,
             "played": self.played,
-            **_problem_arrays(self.problem),
+            **problem_arrays(self.problem),
         }
         content = {
             "kind": "result",
@@ -302,7 +302,8 @@ def problem_settings(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _problem_arrays(problem: Problem) -> dict[str, np.ndarray]:
+def problem_arrays(problem: Problem) -> dict[str, np.ndarray]:
+    """The arrays of a problem, by name; `problem_settings` has the rest of it."""
     game = problem.game
     assert isinstance(game, TabularGame), "only games of arrays are saved as arrays"
     arrays = {
@@ -322,9 +323,6 @@ def _problem_arrays(problem: Problem) -> dict[str, np.ndarray]:
         if isinstance(features, TabularFeatures):
             arrays[name] = features.table
     return {name: np.asarray(array) for name, array in arrays.items() if array is not None}
-
-
-problem_arrays = _problem_arrays
 
 
 def problem_from(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Problem:

@@ -160,7 +160,7 @@ def _from_function(path: Path, name: str, told_temperature: bool) -> OwnGame:
     if temperature is None:
         raise InputError(FIELD, f"{name} of {path} says nowhere the expert's temperature", "return a RespondingExpert")
     if not told_temperature:
-        object.__setattr__(problem, "temperature", None)
+        problem = problem_from(problem_settings(problem) | {"temperature": None}, problem_arrays(problem))
     return OwnGame(f"{path.stem}:{name}", problem, np.asarray(reward.dense()), temperature)
 
 
