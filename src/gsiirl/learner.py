@@ -127,7 +127,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     def init(self, key: PRNGKeyArray) -> LearnerState:
         dtype = self.game.initial.dtype
         zero = jnp.zeros((), dtype)
-        pool = self.search.random(4, zero, key).logits
+        pool = self.search.random(4 if self.many_starts else 1, zero, key).logits
         return LearnerState(
             lower=self.lower.init(self.remembered),
             accessed=DependentFit.empty(self.dependent_features, dtype),

@@ -54,6 +54,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "run"
 
 
+@pytest.mark.slow
 def test_a_run_of_ones_own_game_has_its_yardsticks(finished: Path):
     summary = json.loads((finished / "summary.json").read_text())
     final = {name: each["mean"] for name, each in summary["final"].items()}
@@ -63,6 +64,7 @@ def test_a_run_of_ones_own_game_has_its_yardsticks(finished: Path):
     assert final["expert_trajectories"] == 100
 
 
+@pytest.mark.slow
 def test_a_run_is_loaded_seed_by_seed_and_evaluated(finished: Path):
     for seed in (0, 1):
         result = gsiirl.load(finished, seed=seed)
@@ -76,6 +78,7 @@ def test_a_run_is_loaded_seed_by_seed_and_evaluated(finished: Path):
         gsiirl.load(finished, seed=7)
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_without_the_file_it_came_from_and_is_reported(finished: Path, tmp_path: Path):
     assert main(["resume", str(finished)]) == 0
     page = build_report([finished], tmp_path / "report").page.read_text()

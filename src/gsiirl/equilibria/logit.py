@@ -66,6 +66,7 @@ class Logit(AbstractForwardModel):
                 temperature * jax.nn.logsumexp(payoffs.learner.learner_values(policies.expert) / temperature, axis=-1),
                 temperature * jax.nn.logsumexp(payoffs.expert.expert_values(policies.learner) / temperature, axis=-1),
             )
+            values = jax.tree.map(game.alive, values)
             return (values, log_policies), (policies, values, found, converged)
 
         nothing = jnp.zeros_like(game.initial)

@@ -25,8 +25,8 @@ class Evaluation(Mapping[str, Any]):
     `deployed` is what the result's policy earns, `played` what the policies of the last ten iterations earned while
     learning (mean), `best_played` the most that any policy played earned, `random` uniform play; `ceiling` and `floor`
     the best and the worst commitment that a search with the true reward finds; `marl` and `sharp_marl` the equilibria
-    of both true rewards, with a learner as soft as the
-    expert and one thirty times sharper. `regret` is (ceiling − deployed) / (ceiling − floor).
+    of both true rewards, with a learner as soft as the expert and one thirty times sharper (NaN where actions are
+    forbidden: the solver of equilibria takes no masks yet). `regret` is (ceiling − deployed) / (ceiling − floor).
     """
 
     deployed: float
@@ -88,6 +88,13 @@ def evaluate(
         # A run folder keeps none of the policies that were played.
         return float(each.mean()) if each.size else float("nan")
 
+    if problem.game.allowed.learner is not None or problem.game.allowed.expert is not None:
+        # The equilibrium's solver does not know of forbidden actions; its figure would be of another game.
+        for each, name in enumerate(policies):
+            if "marl" in name:
+                values, undiscounted = (
+                    np.where(np.arange(len(all_)) == each, np.nan, all_) for all_ in (values, undiscounted)
+                )
     earned = dict(zip(policies, values.tolist(), strict=False))
     plain = dict(zip(policies, undiscounted.tolist(), strict=False))
     ceiling, floor = max(float(found.ceiling), earned["deployed"]), min(float(found.floor), earned["deployed"])
@@ -103,8 +110,8 @@ def evaluate(
         random=earned["random"],
         marl=earned["marl"],
         sharp_marl=earned["sharp_marl"],
-        marl_converged=bool(soft.converged),
-        sharp_marl_converged=bool(sharp.converged),
+        marl_converged=bool(soft.converged) and np.isfinite(earned["marl"]).item(),
+        sharp_marl_converged=bool(sharp.converged) and np.isfinite(earned["sharp_marl"]).item(),
         undiscounted={**plain, "played": mean(undiscounted[len(policies) :][-LAST:])},
         ceiling_policy=np.asarray(found.best),
     )

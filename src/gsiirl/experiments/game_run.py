@@ -9,6 +9,7 @@ from jaxtyping import Array, PRNGKeyArray
 
 from gsiirl.baselines.marl import marl
 from gsiirl.equilibria import Logit
+from gsiirl.errors import InputError
 from gsiirl.evaluation.truth import Truth, Yardsticks
 from gsiirl.experiments.game import GameConfig
 from gsiirl.experiments.game_file import OwnGame, read_game
@@ -42,6 +43,10 @@ def prepare(config: GameConfig, saved_game: Path | None = None) -> PreparedRun:
     rewards = Sides(jax.tree.map(jnp.asarray, problem.own_reward + problem.dependent_value), reward)
     truth = Truth(game, rewards, Logit(own.temperature), own.temperature, problem.discount)
     yardsticks: Yardsticks = jax.jit(lambda: truth.yardsticks())()
+    # The solver of equilibria takes no masks yet.
+    masked = problem.game.allowed.learner is not None or problem.game.allowed.expert is not None
+    if masked and config.algorithm == "marl":
+        raise InputError("algorithm", "marl does not know of forbidden actions yet", "use gsiirl")
     unit = problem.temperature or 1.0
     algorithms = {"gsiirl": _gsiirl, "marl": _marl}
     return PreparedRun(
@@ -49,7 +54,11 @@ def prepare(config: GameConfig, saved_game: Path | None = None) -> PreparedRun:
         algorithm=algorithms[config.algorithm](config, learner, expert, truth, yardsticks),
         iterations=0 if config.algorithm == "marl" else config.iterations,
         chunk=CHUNK,
-        references=lambda: truth.references() | yardsticks.returns,
+        references=lambda: {
+            name: value
+            for name, value in (truth.references() | yardsticks.returns).items()
+            if not (masked and name.startswith(("truth", "sharp")))
+        },
         parameters={
             "expert_reward": Parameters(unit, tuple(problem.expert_names)),
             "dependent_reward": Parameters(1.0, tuple(problem.dependent_names)),
