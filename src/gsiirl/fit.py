@@ -162,7 +162,6 @@ class GSIIRL:
                 "expert": np.asarray(jax.vmap(learner.lower.estimate)(states.lower)),
                 "dependent": np.asarray(jax.vmap(lambda fit: fit.solve())(states.accessed)),
             }
-        unit = 1.0 if self.problem.temperature is None else self.problem.temperature
         results = [
             Result.learned(
                 problem=self.problem,
@@ -170,7 +169,7 @@ class GSIIRL:
                 trajectories=asked,
                 policy=ended.policies.learner[place],
                 expert_policy=ended.policies.expert[place],
-                expert_weights=unit * weights["expert"][place],
+                expert_weights=self.problem.unit * weights["expert"][place],
                 dependent_weights=weights["dependent"][place],
                 history=_history([{name: row[name][place] for name in row} for row in rows], asked),
                 played=np.stack([each[place] for each in played]),
@@ -203,8 +202,7 @@ class GSIIRL:
         problem = self.problem
         likelihood = ConditionalLikelihood(problem.game, problem.expert_features, problem.discount)
         scale = problem.reward_scale
-        unit = 1.0 if problem.temperature is None else problem.temperature
-        deviation = None if scale is None else scale / unit
+        deviation = None if scale is None else scale / problem.unit
         if self._lower_level == "likelihood":
             return LikelihoodLevel(Inference(likelihood, None if deviation is None else np.asarray(deviation)))
         size = (MATCHING_DEVIATION if deviation is None else deviation) * problem.expert_features.number**0.5

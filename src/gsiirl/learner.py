@@ -20,7 +20,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from gsiirl.commitment.objective import Commitment
-from gsiirl.commitment.search import SMALLEST, Objective, Search, Starts, committed, ranked
+from gsiirl.commitment.search import Objective, Search, Starts, committed, is_small, logits_of, ranked
 from gsiirl.equilibria.base import AbstractSolution
 from gsiirl.equilibria.response import respond
 from gsiirl.games.base import AbstractTabularGame, uniform_policy
@@ -104,25 +104,26 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         return self.commitment.game
 
     @property
-    def size(self) -> int:
-        """Numbers of both sides' policies."""
-        actions = self.game.number_of_actions
-        return self.game.horizon * self.game.number_of_states * (actions.learner + actions.expert)
+    def small(self) -> bool:
+        """Whether the game is small enough for more starts, draws and rounds."""
+        return is_small(self.game)
 
     @property
     def draws(self) -> int:
         """Draws of the posterior, K."""
-        return 48 if self.size < 2**10 else 24 if self.size < 2**12 else 12
+        return 48 if self.game.policy_size < 2**10 else 24 if self.small else 12
 
     @property
     def lanes(self) -> int:
         """Ascents an iteration under the estimate; as many again, or half, under the draw."""
-        return 1 if not self.many_starts else 10 if self.size < 2**12 else 4
+        if not self.many_starts:
+            return 1
+        return 10 if self.small else 4
 
     @property
     def search(self) -> Search:
         """The search of one iteration."""
-        return Search(self.game, steps=60 if self.size < 2**12 else 40)
+        return Search(self.game, steps=60 if self.small else 40)
 
     def init(self, key: PRNGKeyArray) -> LearnerState:
         dtype = self.game.initial.dtype
@@ -169,14 +170,14 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
             chosen = jax.random.categorical(jax.random.fold_in(draw_key, 1), jnp.log(draws.weights))
             draw = draws.values[chosen]
             inference = self.lower.inference
-            if inference.dense and self.size < 2**12:
+            if inference.dense and self.small:
                 few = draws.effective < 0.3 * self.draws
                 rounds = jnp.where(few, 30, 0)
                 chain = inference.hamiltonian(lower.posterior, lower.memory, 1, rounds, jax.random.fold_in(draw_key, 2))
                 draw = jnp.where(few, chain[0], draw)
             believed = jnp.stack([estimate, draw])
             effective = draws.effective
-        pools = self._improved(objective, believed, state.pool, jnp.maximum(jnp.log(played), SMALLEST), search_key)
+        pools = self._improved(objective, believed, state.pool, logits_of(played), search_key)
         pool, proposed = pools[0], pools[-1, 0]
         values = jax.vmap(lambda logits: objective(self.commitment.policy(logits), estimate, one, one))(
             jnp.stack([pool[0], proposed])
@@ -212,16 +213,16 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         spread = self.commitment.range_of_answers(self._reward(estimate))
         starts, kept = Starts.plain(state.pool), state.pool[:0]
         if self.many_starts:
-            remembered = jnp.maximum(jnp.log(state.lower.memory.kept.learner_policy), SMALLEST)
+            remembered = logits_of(state.lower.memory.kept.learner_policy)
             values = jax.lax.map(lambda logits: average(self.commitment.policy(logits), thetas, one, one), remembered)
             kept = ranked(remembered, values)[0][: 2 * self.lanes]
             starts = starts.and_also(Starts.plain(kept)).and_also(
                 self.search.random(max(12, 2 * self.lanes), spread, start_key)
             )
-        rounds = (6 if self.size < 2**12 else 4) if self.many_starts else 0
+        rounds = (6 if self.small else 4) if self.many_starts else 0
         logits, _ = Search(self.game, steps=100).best(objective, starts, estimate, rounds, round_key)
         # The last word has the average: the best few under it, some steps along it.
-        few = min(8 if self.size < 2**12 else 4, logits.shape[0])
+        few = min(8 if self.small else 4, logits.shape[0])
         if self.many_starts:
             logits = jnp.concatenate([logits[:few], kept[:few]])
         same = jnp.broadcast_to(thetas[None], (logits.shape[0], *thetas.shape))
@@ -304,6 +305,4 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
 
 def remembered(game: AbstractTabularGame, iterations: int) -> int:
     """How many interactions are remembered: all, or as many as `MEMORY` holds."""
-    actions = game.number_of_actions
-    entries = game.horizon * game.number_of_states * (actions.learner + actions.expert)
-    return max(1, min(iterations, max(8, MEMORY // entries)))
+    return max(1, min(iterations, max(8, MEMORY // game.policy_size)))

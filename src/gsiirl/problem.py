@@ -83,6 +83,11 @@ class Problem:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
+    @property
+    def unit(self) -> float:
+        """What a weight of 1 in units of the temperature is in reward units; 1 where the temperature is unknown."""
+        return 1.0 if self.temperature is None else self.temperature
+
     def __repr__(self) -> str:
         actions = self.game.number_of_actions
         return (

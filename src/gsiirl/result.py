@@ -160,9 +160,8 @@ class Result:
         """
         horizon, states, actions = self.policy.shape
         for name, value, limit in (("state", state, states), ("t", t, horizon)):
-            if isinstance(value, bool) or np.ndim(value) or not np.issubdtype(np.asarray(value).dtype, np.integer):
-                raise InputError(name, f"cannot be {value!r}", f"give a whole number from 0 to {limit - 1}")
-            if not 0 <= value < limit:
+            whole = not (isinstance(value, bool) or np.ndim(value)) and np.asarray(value).dtype.kind in "iu"
+            if not whole or not 0 <= value < limit:
                 raise InputError(name, f"cannot be {value!r}", f"give a whole number from 0 to {limit - 1}")
         if not self.reached[t, state]:
             warnings.warn(

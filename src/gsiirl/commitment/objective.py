@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from gsiirl.equilibria.response import respond
-from gsiirl.games.base import AbstractTabularGame, only_allowed
+from gsiirl.games.base import AbstractTabularGame, learner_policy, uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.irl.expectations import expected_return
 from gsiirl.types import Sides
@@ -26,7 +26,7 @@ class Commitment(eqx.Module):
 
     def policy(self, logits: Float[Array, "T S A_l"]) -> Float[Array, "T S A_l"]:
         """π_l ∝ exp(logits) over the actions that the learner may choose."""
-        return jax.nn.softmax(only_allowed(logits, self.game.allowed.learner), axis=-1)
+        return learner_policy(self.game, logits)
 
     def value(
         self,
@@ -49,9 +49,7 @@ class Commitment(eqx.Module):
 
     def range_of_answers(self, expert_reward: AbstractPayoff) -> Float[Array, ""]:
         """The largest difference between two of the expert's action values, against a learner that plays uniformly."""
-        shape = (self.game.horizon, self.game.number_of_states, self.game.number_of_actions.learner)
-        policy = self.policy(jnp.zeros(shape, self.game.initial.dtype))
-        values = respond(self.game, policy, expert_reward, 1.0, self.discount).action_values
+        values = respond(self.game, uniform_policy(self.game), expert_reward, 1.0, self.discount).action_values
         allowed = self.game.allowed.expert
         largest = jnp.max(values, axis=-1)
         smallest = jnp.min(values if allowed is None else jnp.where(allowed[None], values, jnp.inf), axis=-1)

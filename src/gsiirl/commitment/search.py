@@ -14,13 +14,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
 from gsiirl.commitment.objective import Commitment
-from gsiirl.games.base import AbstractTabularGame, only_allowed
+from gsiirl.games.base import AbstractTabularGame, learner_policy
 
 Objective = Callable[[Array, PyTree, Array, Array], Array]
 """f of (policy, a start's own parameters, temperature, reaction), to be made large."""
 
 SMALLEST = -30.0
 """Least logit: a probability that rounding still notices, and from which an ascent can come back."""
+SMALL = 2**12
+"""A game whose two policies have fewer numbers is searched with more starts, steps and rounds."""
 MOST_NEIGHBOURS = 256
 """As many policies with one decision changed are looked at; drawn at random where there are more."""
 
@@ -57,11 +59,10 @@ class Search(eqx.Module):
         return self.game.horizon, self.game.number_of_states, self.game.number_of_actions.learner
 
     def ascend(
-        self, objective: Objective, starts: Starts, parameters: PyTree, steps: int | None = None
+        self, objective: Objective, starts: Starts, parameters: PyTree
     ) -> tuple[Float[Array, "N T S A_l"], Float[Array, " N"]]:
         """The best logits that each ascent passed through, and their f; `parameters` have a leading axis N."""
-        number = self.steps if steps is None else steps
-        return jax.vmap(lambda start, each: self._ascend(objective, start, each, number))(starts, parameters)
+        return jax.vmap(lambda start, each: self._ascend(objective, start, each))(starts, parameters)
 
     def random(self, number: int, spread: Float[Array, ""], key: PRNGKeyArray) -> Starts:
         """`number` starts: uniform, random pure and random mixed policies, a part of each begun in every way."""
@@ -94,7 +95,7 @@ class Search(eqx.Module):
 
         def value(time: Array, state: Array, action: Array) -> Array:
             one = jnp.ones((), logits.dtype)
-            return objective(self._policy(changed(time, state, action)), parameters, one, one)
+            return objective(learner_policy(self.game, changed(time, state, action)), parameters, one, one)
 
         values = jax.vmap(value)(time, state, action)
         # A decision that must not be made is as good as none: masks leave the policy as it was there.
@@ -135,15 +136,15 @@ class Search(eqx.Module):
         )
         return logits, values
 
-    def _ascend(self, objective: Objective, start: Starts, parameters: PyTree, number: int) -> tuple[Array, Array]:
+    def _ascend(self, objective: Objective, start: Starts, parameters: PyTree) -> tuple[Array, Array]:
         one = jnp.ones((), start.logits.dtype)
 
         def f(logits: Array, temperature: Array, reaction: Array) -> Array:
-            return objective(self._policy(logits), parameters, temperature, reaction)
+            return objective(learner_policy(self.game, logits), parameters, temperature, reaction)
 
         def step(carry, index: Array):
             logits, mean, square, best, best_value = carry
-            done = index / number
+            done = index / self.steps
             true = index % 2 == 0
             temperature = jnp.where(true, one, start.temperature ** (1.0 - done))
             reaction = jnp.where(done < start.simultaneous, 0.0, one)
@@ -159,19 +160,28 @@ class Search(eqx.Module):
 
         nothing = jnp.zeros_like(start.logits)
         carry = (start.logits, nothing, nothing, start.logits, -jnp.inf * one)
-        (logits, _, _, best, best_value), _ = jax.lax.scan(step, carry, jnp.arange(number, dtype=start.logits.dtype))
+        (logits, _, _, best, best_value), _ = jax.lax.scan(
+            step, carry, jnp.arange(self.steps, dtype=start.logits.dtype)
+        )
         last = f(logits, one, one)
         better = last > best_value
         return jnp.where(better, logits, best), jnp.where(better, last, best_value)
-
-    def _policy(self, logits: Array) -> Array:
-        return jax.nn.softmax(only_allowed(logits, self.game.allowed.learner), axis=-1)
 
     def _nearly_pure(self, choice: Array) -> Array:
         """Logits that choose action `choice` (modulo A_l) with all but a fiftieth of the probability."""
         actions = self.shape[2]
         chosen = jax.nn.one_hot(choice % actions, actions, dtype=self.game.initial.dtype)
         return jnp.log(0.02 / actions + 0.98 * chosen)
+
+
+def is_small(game: AbstractTabularGame) -> bool:
+    """Whether a search can afford more."""
+    return game.policy_size < SMALL
+
+
+def logits_of(policy: Float[Array, "*b T S A_l"]) -> Float[Array, "*b T S A_l"]:
+    """Logits of a policy to begin an ascent from."""
+    return jnp.maximum(jnp.log(policy), SMALLEST)
 
 
 def ranked(logits: Float[Array, "N T S A_l"], values: Float[Array, " N"]) -> tuple[Array, Array]:

@@ -13,16 +13,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from gsiirl.commitment.objective import Commitment
-from gsiirl.commitment.search import Search, Starts, committed
+from gsiirl.commitment.search import Search, Starts, committed, is_small, logits_of
 from gsiirl.equilibria.logit import Logit
-from gsiirl.games.base import uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.types import Sides
 
 SHARPER = 30.0
 """How many times sharper than the expert the learner of sharp MARL is."""
-LARGE = 2**12
-"""From as many numbers of both sides' policies on, the search makes do with fewer starts."""
 
 
 class Extremes(eqx.Module):
@@ -49,18 +46,18 @@ def extremes(
 ) -> Extremes:
     """The ceiling and the floor of f; `also` are policies that the search for the ceiling starts from as well."""
     game = commitment.game
-    actions = game.number_of_actions
-    small = game.horizon * game.number_of_states * (actions.learner + actions.expert) < LARGE
+    small = is_small(game)
     search = Search(game, steps=100)
     unit = expert_reward * (1.0 / jnp.asarray(temperature, game.initial.dtype))
     spread = commitment.range_of_answers(unit)
     number = 32 if small else 12
     best_key, worst_key, start_key = jax.random.split(key, 3)
     nothing = jnp.zeros(0, game.initial.dtype)
-    started = jnp.maximum(jnp.log(also), -30.0)
     starts = search.random(number, spread, start_key)
     best = committed(commitment, lambda _: unit)
-    logits, values = search.best(best, starts.and_also(Starts.plain(started)), nothing, 12 if small else 4, best_key)
+    logits, values = search.best(
+        best, starts.and_also(Starts.plain(logits_of(also))), nothing, 12 if small else 4, best_key
+    )
     worst = committed(Commitment(game, -commitment.learner_reward, commitment.discount), lambda _: unit)
     _, losses = search.best(worst, starts, nothing, 4 if small else 1, worst_key)
     return Extremes(commitment.policy(logits[0]), values[0], -losses[0])
@@ -76,8 +73,3 @@ def equilibrium(
     rewards = Sides(commitment.learner_reward * sharper, expert_reward)
     solution = Logit(temperature).solve(commitment.game, rewards, commitment.discount)
     return Marl(solution.policies.learner, solution.converged)
-
-
-def random_play(commitment: Commitment) -> Float[Array, "T S A_l"]:
-    """A learner that chooses every allowed action equally often."""
-    return uniform_policy(commitment.game)

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Array
 
 from gsiirl.commitment.objective import Commitment
-from gsiirl.evaluation.commitment import SHARPER, Extremes, Marl, equilibrium, extremes, random_play
+from gsiirl.evaluation.commitment import SHARPER, Extremes, Marl, equilibrium, extremes
+from gsiirl.games.base import uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.problem import Problem
 
@@ -72,14 +73,14 @@ def evaluate(
         commitment = Commitment(problem.game, problem.own_reward + problem.dependent_value, problem.discount)
         commitment, reward, tau = jax.tree.map(jnp.asarray, (commitment, expert_reward, temperature))
         found = _extremes(commitment, reward, tau, jnp.asarray(policy)[None], jax.random.key(seed))
-        soft = _equilibrium(commitment, reward, tau, jnp.asarray(1.0))
-        sharp = _equilibrium(commitment, reward, tau, jnp.asarray(SHARPER))
+        # The equilibrium's solver does not know of forbidden actions; its figure would be of another game.
+        sharpness = {} if problem.game.forbids else {"marl": 1.0, "sharp_marl": SHARPER}
+        solved = {name: _equilibrium(commitment, reward, tau, jnp.asarray(each)) for name, each in sharpness.items()}
         policies = {
             "deployed": jnp.asarray(policy),
             "ceiling": found.best,
-            "random": random_play(commitment),
-            "marl": soft.policy,
-            "sharp_marl": sharp.policy,
+            "random": uniform_policy(problem.game),
+            **{name: each.policy for name, each in solved.items()},
         }
         every = jnp.concatenate([jnp.stack(list(policies.values())), jnp.asarray(played)])
         values, undiscounted = (np.asarray(each) for each in _returns(commitment, reward, tau, every))
@@ -88,15 +89,9 @@ def evaluate(
         # A run folder keeps none of the policies that were played.
         return float(each.mean()) if each.size else float("nan")
 
-    if problem.game.allowed.learner is not None or problem.game.allowed.expert is not None:
-        # The equilibrium's solver does not know of forbidden actions; its figure would be of another game.
-        for each, name in enumerate(policies):
-            if "marl" in name:
-                values, undiscounted = (
-                    np.where(np.arange(len(all_)) == each, np.nan, all_) for all_ in (values, undiscounted)
-                )
-    earned = dict(zip(policies, values.tolist(), strict=False))
-    plain = dict(zip(policies, undiscounted.tolist(), strict=False))
+    unsolved = dict.fromkeys(("marl", "sharp_marl"), float("nan"))
+    earned = unsolved | dict(zip(policies, values.tolist(), strict=False))
+    plain = unsolved | dict(zip(policies, undiscounted.tolist(), strict=False))
     ceiling, floor = max(float(found.ceiling), earned["deployed"]), min(float(found.floor), earned["deployed"])
     span = ceiling - floor
     return Evaluation(
@@ -110,8 +105,8 @@ def evaluate(
         random=earned["random"],
         marl=earned["marl"],
         sharp_marl=earned["sharp_marl"],
-        marl_converged=bool(soft.converged) and np.isfinite(earned["marl"]).item(),
-        sharp_marl_converged=bool(sharp.converged) and np.isfinite(earned["sharp_marl"]).item(),
+        marl_converged="marl" in solved and bool(solved["marl"].converged),
+        sharp_marl_converged="sharp_marl" in solved and bool(solved["sharp_marl"].converged),
         undiscounted={**plain, "played": mean(undiscounted[len(policies) :][-LAST:])},
         ceiling_policy=np.asarray(found.best),
     )

@@ -13,18 +13,15 @@ from gsiirl.errors import InputError
 from gsiirl.evaluation.truth import Truth, Yardsticks
 from gsiirl.experiments.game import GameConfig
 from gsiirl.experiments.game_file import OwnGame, read_game
-from gsiirl.experiments.policy_run import policy_algorithm, saved
+from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, saved
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.expert import RespondingExpert
 from gsiirl.fit import GSIIRL
 from gsiirl.games.payoff import DensePayoff
-from gsiirl.games.rollout import rollout
 from gsiirl.interaction import CHUNK
 from gsiirl.learner import CommitmentLearner
 from gsiirl.runs.json_file import read_versioned_json
 from gsiirl.types import Policies, Sides
-
-SAMPLE_PATHS = 3
 
 
 def prepare(config: GameConfig, saved_game: Path | None = None) -> PreparedRun:
@@ -44,10 +41,8 @@ def prepare(config: GameConfig, saved_game: Path | None = None) -> PreparedRun:
     truth = Truth(game, rewards, Logit(own.temperature), own.temperature, problem.discount)
     yardsticks: Yardsticks = jax.jit(lambda: truth.yardsticks())()
     # The solver of equilibria takes no masks yet.
-    masked = problem.game.allowed.learner is not None or problem.game.allowed.expert is not None
-    if masked and config.algorithm == "marl":
+    if game.forbids and config.algorithm == "marl":
         raise InputError("algorithm", "marl does not know of forbidden actions yet", "use gsiirl")
-    unit = problem.temperature or 1.0
     algorithms = {"gsiirl": _gsiirl, "marl": _marl}
     return PreparedRun(
         game=own.to_json_dict(),
@@ -57,10 +52,10 @@ def prepare(config: GameConfig, saved_game: Path | None = None) -> PreparedRun:
         references=lambda: {
             name: value
             for name, value in (truth.references() | yardsticks.returns).items()
-            if not (masked and name.startswith(("truth", "sharp")))
+            if not (game.forbids and name.startswith(("truth", "sharp")))
         },
         parameters={
-            "expert_reward": Parameters(unit, tuple(problem.expert_names)),
+            "expert_reward": Parameters(problem.unit, tuple(problem.expert_names)),
             "dependent_reward": Parameters(1.0, tuple(problem.dependent_names)),
         },
     )
@@ -146,8 +141,7 @@ def _correlation(first: Array, second: Array) -> Array:
 
 def _sample_paths(truth: Truth, policy: Array, key: PRNGKeyArray) -> dict[str, Array]:
     """Episodes of a learner's policy and the true expert's response to it."""
-    deployed = Sides(policy, truth.expert_response(policy))
-    paths = jax.vmap(lambda one: rollout(one, truth.game, deployed))(jax.random.split(key, SAMPLE_PATHS))
+    paths = deployed_episodes(truth, policy, key)
     return {
         "state": paths.states,
         "learner_action": paths.actions.learner,

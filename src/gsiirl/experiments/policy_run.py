@@ -9,9 +9,12 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 from gsiirl.evaluation.truth import Truth, named
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Record
 from gsiirl.expert import AbstractExpert
+from gsiirl.games.rollout import rollout
 from gsiirl.interaction import interact
 from gsiirl.learner import CommitmentLearner, LearnerState
-from gsiirl.types import Policies, Sides
+from gsiirl.types import Policies, Sides, Trajectories
+
+SAMPLE_PATHS = 3
 
 
 def policy_algorithm(
@@ -53,6 +56,13 @@ def policy_algorithm(
         return Ending(observe(state, policies), paths, learned, {}, saved(policies))
 
     return Algorithm(learner.init, advance, finish)
+
+
+def deployed_episodes(truth: Truth, learner_policy: Array, key: PRNGKeyArray) -> Trajectories:
+    """A few episodes of a learner's policy and the true expert's response to it."""
+    deployed = Sides(learner_policy, truth.expert_response(learner_policy))
+    keys = jax.random.split(key, SAMPLE_PATHS)
+    return jax.vmap(lambda one: rollout(one, truth.game, deployed))(keys)
 
 
 def saved(policies: Policies) -> dict[str, Array]:

@@ -9,7 +9,7 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 from gsiirl.baselines.marl import marl
 from gsiirl.equilibria import AbstractSolution, LogitSolution
 from gsiirl.evaluation.reward_similarity import RewardSimilarity
-from gsiirl.experiments.policy_run import policy_algorithm, saved
+from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, saved
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.experiments.security import SecurityConfig
 from gsiirl.experiments.security_problem import SecurityProblem, build, network_of
@@ -20,9 +20,7 @@ from gsiirl.learner import CommitmentLearner, LearnerState
 from gsiirl.reward_learner import RewardGSIIRL
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios import read_network
-from gsiirl.types import Policies, Sides
-
-SAMPLE_PATHS = 3
+from gsiirl.types import Policies
 
 
 def prepare(config: SecurityConfig, saved_game: Path | None = None) -> PreparedRun:
@@ -229,9 +227,7 @@ def _solved(proposal: AbstractSolution) -> Record:
 
 def _sample_paths(problem: SecurityProblem, played: Array, key: PRNGKeyArray) -> dict[str, Array]:
     """Episodes of the learner's policy and the true expert's response to it."""
-    deployed = Sides(played, problem.truth.expert_response(played))
-    keys = jax.random.split(key, SAMPLE_PATHS)
-    paths = jax.vmap(lambda one: rollout(one, problem.game, deployed))(keys)
+    paths = deployed_episodes(problem.truth, played, key)
     return {
         "state": jnp.asarray(problem.game.masks)[paths.states],
         "learner_action": paths.actions.learner,

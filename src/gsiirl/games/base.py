@@ -21,11 +21,15 @@ def only_allowed(values: Float[Array, "*b S A"], allowed: Bool[Array, "S A"] | N
     return values if allowed is None else jnp.where(jnp.broadcast_to(allowed, values.shape), values, FORBIDDEN)
 
 
+def learner_policy(game: "AbstractTabularGame", logits: Float[Array, "T S A_l"]) -> Float[Array, "T S A_l"]:
+    """π_l ∝ exp(logits) over the actions that the learner may choose."""
+    return jax.nn.softmax(only_allowed(logits, game.allowed.learner), axis=-1)
+
+
 def uniform_policy(game: "AbstractTabularGame") -> Float[Array, "T S A_l"]:
     """The learner's policy that chooses every allowed action equally often."""
     shape = (game.horizon, game.number_of_states, game.number_of_actions.learner)
-    logits = only_allowed(jnp.zeros(shape, game.initial.dtype), game.allowed.learner)
-    return jax.nn.softmax(logits, axis=-1)
+    return learner_policy(game, jnp.zeros(shape, game.initial.dtype))
 
 
 class AbstractTabularGame(eqx.Module):
@@ -52,6 +56,17 @@ class AbstractTabularGame(eqx.Module):
     def allowed(self) -> Sides[Bool[Array, "S A"] | None]:
         """Which actions each side may choose in a state; None where it may choose all."""
         return Sides(None, None)
+
+    @property
+    def forbids(self) -> bool:
+        """Whether either side has actions that it may not choose."""
+        return self.allowed.learner is not None or self.allowed.expert is not None
+
+    @property
+    def policy_size(self) -> int:
+        """T S (A_l + A_e): numbers of both sides' policies."""
+        actions = self.number_of_actions
+        return self.horizon * self.number_of_states * (actions.learner + actions.expert)
 
     @property
     def terminal(self) -> Bool[Array, " S"] | None:

@@ -156,7 +156,7 @@ class Inference(eqx.Module):
 
         def measured(theta: Array, alpha: Array) -> tuple[Array, Array, Array]:
             gradient = self.likelihood.gradient(theta, memory) - alpha * theta
-            newton = self._solve(theta, alpha, jnp.zeros((), dtype), gradient, memory)
+            newton = self._solve(theta, alpha, gradient, memory)
             return gradient, jnp.sqrt(jnp.maximum(jnp.vdot(gradient, newton), 0.0)), newton
 
         def unfinished(carry) -> Array:
@@ -286,9 +286,9 @@ class Inference(eqx.Module):
         preferred = (determined + 2.0) / (jnp.sum(theta**2) + 2.0 * FIRST_DEVIATION**2)
         return jnp.clip(preferred, least, most)
 
-    def _solve(self, theta: Array, alpha: Array, damping: Array, right: Array, memory: Memory[Seen]) -> Array:
+    def _solve(self, theta: Array, alpha: Array, right: Array, memory: Memory[Seen]) -> Array:
         def product(vector: Array) -> Array:
-            return self.likelihood.fisher_times(theta, vector, memory) + (alpha + damping) * vector
+            return self.likelihood.fisher_times(theta, vector, memory) + alpha * vector
 
         return jax.scipy.sparse.linalg.cg(product, right, maxiter=SOLVER_STEPS, tol=1e-8)[0]
 
@@ -297,4 +297,4 @@ class Inference(eqx.Module):
         data_key, prior_key = jax.random.split(key)
         noise = self.likelihood.fisher_noise(theta, data_key, memory)
         noise += jnp.sqrt(alpha) * jax.random.normal(prior_key, theta.shape, theta.dtype)
-        return self._solve(theta, alpha, jnp.zeros_like(alpha), noise, memory)
+        return self._solve(theta, alpha, noise, memory)
