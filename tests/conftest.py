@@ -22,9 +22,9 @@ settings.load_profile("gsiirl")
 @pytest.fixture(scope="session", autouse=True)
 def _compile_once(tmp_path_factory: pytest.TempPathFactory) -> None:
     """What several tests compile is compiled once, in a folder of this process's own; the programs of runs too."""
-    from gsiirl.experiments import runner
+    from gsiirl import compilation
 
-    runner.COMPILER_OPTIONS["cpu"].clear()
+    compilation.OF_A_RUN["cpu"].clear()
     compilation_cache.reset_cache()
     jax.config.update("jax_compilation_cache_dir", str(tmp_path_factory.mktemp("compiled")))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)

@@ -337,13 +337,6 @@ def test_an_evaluation_holds_exact_returns_and_yardsticks(learned: Result) -> No
 
 
 @pytest.mark.slow
-def test_marl_is_not_told_where_actions_are_forbidden(learned: Result) -> None:
-    evaluation = learned.evaluate(GAME.expert)
-    assert np.isnan([evaluation.marl, evaluation.sharp_marl]).all()
-    assert not evaluation.marl_converged
-
-
-@pytest.mark.slow
 def test_an_evaluation_depends_on_what_is_said_to_be_true(learned: Result) -> None:
     other = learned.evaluate(-GAME.expert, temperature=0.1)
     game = replace(GAME, expert=-GAME.expert, temperature=0.1)

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, Literal, overload
 
 import jax
@@ -14,6 +15,7 @@ import rich.progress
 from jaxtyping import Array, PyTree
 
 from gsiirl.commitment.objective import Commitment
+from gsiirl.compilation import QUICKLY
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.expert import AbstractExpert, SimulatedExpert
 from gsiirl.games.base import AbstractTabularGame
@@ -33,7 +35,7 @@ FAR = 0.1
 """Standard deviations from the maximum of the fit from which on a warning is given."""
 KEPT = 2**20
 """Numbers that the policies played may take in a result; of longer runs it keeps those played last."""
-EXPLORE, HAND_BACK = ("thompson", "estimate"), ("average", "estimate")
+EXPLORE, HAND_BACK = ("informative", "thompson", "estimate"), ("average", "estimate")
 MATCHING_DEVIATION = 3.0
 """What `lower_level="matching"` takes for the size of a weight, in units of the temperature, where none is given."""
 
@@ -45,8 +47,10 @@ class GSIIRL:
         problem: what the learner is told.
         lower_level: how the expert's reward is estimated: by the conditional `likelihood`, to convergence, with a
             posterior; or by `matching` features (the paper's Lemma 1), a few steps an iteration.
-        explore: what is played while learning: the best commitment under one draw of the posterior (`thompson`), or
-            under the `estimate`. `matching` has no posterior: it explores by the estimate.
+        explore: what is played while learning. `thompson`: the best commitment under one draw of the posterior.
+            `informative`: the same in the second half of the iterations, and in the first half the policies that tell
+            most about the expert, whatever they earn. `estimate`: the best commitment under the estimate, all that
+            `matching`, without a posterior, can do.
         hand_back: the policy to deploy: the best on `average` over the posterior, or under the `estimate`.
         feedback: where values of r_ld are read: everywhere (`model`), or only along what was `visited`.
         many_starts: False leaves a single ascent, from the policy before.
@@ -68,7 +72,7 @@ class GSIIRL:
         has_posterior = lower_level == "likelihood"
         self._lower_level = _one_of("lower_level", lower_level, ("likelihood", "matching"))
         self._explore: Any = _one_of(
-            "explore", ("thompson" if has_posterior else "estimate") if explore is None else explore, EXPLORE
+            "explore", ("informative" if has_posterior else "estimate") if explore is None else explore, EXPLORE
         )
         self._hand_back: Any = _one_of(
             "hand_back", ("average" if has_posterior else "estimate") if hand_back is None else hand_back, HAND_BACK
@@ -195,6 +199,7 @@ class GSIIRL:
             hand_back=self._hand_back,
             feedback=self._feedback,
             many_starts=self._many_starts,
+            informative_rounds=iterations // 2,
             remembered=remembered(problem.game, iterations),
         )
 
@@ -292,7 +297,7 @@ def _propose(learner: CommitmentLearner, states: LearnerState) -> tuple[Array, A
     return proposal.policies.learner, proposal.policies.expert
 
 
-@jax.jit
+@partial(jax.jit, compiler_options=QUICKLY)
 def _update(
     learner: CommitmentLearner, states: LearnerState, policies: Array, seen: Trajectories, keys: Array
 ) -> tuple[LearnerState, dict[str, Array]]:
@@ -303,7 +308,7 @@ def _update(
     return jax.vmap(one)(states, policies, seen, keys)
 
 
-@jax.jit
+@partial(jax.jit, compiler_options=QUICKLY)
 def _end(learner: CommitmentLearner, states: LearnerState, keys: Array) -> PyTree:
     return jax.vmap(learner.end)(states, keys)
 

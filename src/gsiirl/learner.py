@@ -4,7 +4,8 @@ For k = 0, …, K − 1:
 
     D_k      ← the expert's demonstrations while the learner plays π_l(k)              line 4
     θ_e      ← the maximum of the conditional likelihood, with the posterior around it  lines 5-9
-    π_l(k+1) ← the best commitment under one draw of the posterior (Thompson)          lines 11-15
+    π_l(k+1) ← in the first half of the iterations: what tells most about the expert;  lines 11-15
+               then: the best commitment under one draw of the posterior (Thompson)
 
     at last:   the commitment that is best on average over the posterior
 
@@ -31,7 +32,7 @@ from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel
 from gsiirl.rewards.linear import AbstractFeatures
 from gsiirl.types import Interaction, Policies, Sides
 
-Explore = Literal["thompson", "estimate"]
+Explore = Literal["informative", "thompson", "estimate"]
 HandBack = Literal["average", "estimate"]
 Feedback = Literal["model", "visited"]
 MEMORY = 2**24
@@ -81,10 +82,11 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     """The learner of a finite game as pure functions of arrays; `gsiirl.GSIIRL` is its front door.
 
     `commitment` holds the game and the learner's reward with the accessed values of r_ld, `lower` the lower level.
-    `explore` says what is played while learning: the best commitment under a draw of the posterior, or under the
-    estimate; `hand_back` what is chosen at last: the best on average over the posterior, or under the estimate.
-    `many_starts` False leaves the one ascent from the policy before. `feedback` says where r_ld is read: everywhere by
-    the model, or only along what was visited, f then using the fit.
+    `explore` says what is played while learning: the best commitment under a draw of the posterior (`thompson`); the
+    same, after `informative_rounds` of the policy that tells the draw from the estimate best (`informative`); or the
+    best commitment under the estimate. `hand_back` says what is chosen at last: the best on average over the posterior,
+    or under the estimate. `many_starts` False leaves the one ascent from the policy before. `feedback` says where r_ld
+    is read: everywhere by the model, or only along what was visited, f then using the fit.
     """
 
     commitment: Commitment
@@ -92,10 +94,11 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     accessed: AbstractPayoff
     dependent_features: AbstractFeatures
     lower: AbstractLowerLevel
-    explore: Explore = eqx.field(static=True, default="thompson")
+    explore: Explore = eqx.field(static=True, default="informative")
     hand_back: HandBack = eqx.field(static=True, default="average")
     feedback: Feedback = eqx.field(static=True, default="model")
     many_starts: bool = eqx.field(static=True, default=True)
+    informative_rounds: int | Float[Array, ""] = 0
     remembered: int = eqx.field(static=True, default=50)
 
     @property
@@ -164,7 +167,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         estimate = self.lower.estimate(lower)
         effective = one = jnp.ones((), played.dtype)
         believed = estimate[None]
-        if self.explore == "thompson":
+        if self.explore != "estimate":
             assert isinstance(self.lower, LikelihoodLevel), "a lower level without a posterior has no draws"
             draws = self.lower.draws(lower, self.draws, draw_key)
             chosen = jax.random.categorical(jax.random.fold_in(draw_key, 1), jnp.log(draws.weights))
@@ -179,6 +182,9 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
             effective = draws.effective
         pools = self._improved(objective, believed, state.pool, logits_of(played), search_key)
         pool, proposed = pools[0], pools[-1, 0]
+        if self.explore == "informative":
+            telling = self._telling(pools.reshape(-1, *pool.shape[1:]), believed, jax.random.fold_in(search_key, 1))
+            proposed = jnp.where(state.count < self.informative_rounds, telling, proposed)
         values = jax.vmap(lambda logits: objective(self.commitment.policy(logits), estimate, one, one))(
             jnp.stack([pool[0], proposed])
         )
@@ -259,6 +265,19 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         decrement = report.get("fit_decrement", jnp.zeros((), policy.dtype))
         converged = report.get("fit_converged", jnp.ones((), policy.dtype)) > 0
         return Proposal(Sides(policy, answer), decrement, converged)
+
+    def _telling(
+        self, logits: Float[Array, "N T S A_l"], believed: Float[Array, "2 m"], key: PRNGKeyArray
+    ) -> Float[Array, "T S A_l"]:
+        """Of these, pure and random policies, the one to which draw and estimate expect the most different answers."""
+        estimate, draw = believed
+        shape = logits.shape[1:]
+        pure = logits_of(jnp.broadcast_to(jnp.eye(shape[-1], dtype=logits.dtype)[:, None, None], (shape[-1], *shape)))
+        candidates = jnp.concatenate([logits, pure, self.search.random(8, jnp.ones((), logits.dtype), key).logits])
+        told = jax.lax.map(
+            lambda each: self.lower.likelihood.discrimination(self.commitment.policy(each), draw, estimate), candidates
+        )
+        return candidates[jnp.argmax(told)]
 
     def _improved(
         self,

@@ -1,10 +1,15 @@
+from dataclasses import replace
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from commitment_oracle import response
+from small_games import finite_game, tabular
 
 from gsiirl.equilibria import Logit, regularised_nash_gap, respond
+from gsiirl.games import DensePayoff, TabularGame
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.irl.expectations import expected_return
 from gsiirl.rewards import attack_graph as rewards
@@ -104,3 +109,52 @@ def test_single_precision_converges_to_its_own_tolerance():
         solution = helpers.solve(game, true, 0.4, DISCOUNT)
         assert solution.policies.learner.dtype == jnp.float32
         assert bool(solution.converged)
+
+
+def test_forbidden_actions_are_those_of_a_game_without_them():
+    # Actions 1 of the learner and 0 of the expert are forbidden everywhere: what is left is a smaller game.
+    dense = oracles.random_game(0, 3, 3, 4)
+    game, true = helpers.tabular_game(dense), helpers.rewards_of(dense)
+    kept = np.array([0, 2]), np.array([1, 2, 3])
+    masks = [np.isin(np.arange(size), each) for size, each in zip((3, 4), kept, strict=True)]
+    masked = TabularGame.from_arrays(
+        (np.asarray(game.successors), np.asarray(game.probabilities)),
+        initial=dense.initial,
+        horizon=helpers.HORIZON,
+        learner_actions=np.tile(masks[0], (3, 1)),
+        expert_actions=np.tile(masks[1], (3, 1)),
+    )
+    rows = np.ix_(np.arange(3), *kept)
+    smaller = TabularGame.from_arrays(
+        (np.asarray(game.successors)[rows], np.asarray(game.probabilities)[rows]),
+        initial=dense.initial,
+        horizon=helpers.HORIZON,
+    )
+    found = helpers.solve(masked, true, 0.15)
+    expected = helpers.solve(smaller, jax.tree.map(lambda leaf: leaf[rows], true), 0.15)
+    assert bool(found.converged)
+    for side, mask in zip(("learner", "expert"), masks, strict=True):
+        policy = getattr(found.policies, side)
+        np.testing.assert_allclose(policy[..., mask], getattr(expected.policies, side), atol=1e-9)
+        np.testing.assert_array_equal(policy[..., ~mask], 0.0)
+        np.testing.assert_allclose(getattr(found.values, side), getattr(expected.values, side), atol=1e-9)
+
+
+def test_every_side_may_have_masks_of_its_own_in_every_state():
+    game = finite_game()
+    rewards = Sides(
+        DensePayoff(jnp.asarray(game.dependent + game.own[..., None])), DensePayoff(jnp.asarray(game.expert))
+    )
+    found = helpers.solve(tabular(game), rewards, game.temperature, game.discount)
+    assert bool(found.converged)
+    # Each answers the other softly: the expert by the oracle's response, the learner by that of the game turned round.
+    policies = jax.tree.map(np.asarray, found.policies)
+    np.testing.assert_allclose(policies.expert[:, :2], response(game, policies.learner)[:, :2], atol=1e-9)
+    turned = replace(
+        game,
+        transitions=game.transitions.swapaxes(1, 2),
+        expert=(game.dependent + game.own[..., None]).swapaxes(1, 2),
+        learner_actions=game.expert_actions,
+        expert_actions=game.learner_actions,
+    )
+    np.testing.assert_allclose(policies.learner[:, :2], response(turned, policies.expert)[:, :2], atol=1e-9)

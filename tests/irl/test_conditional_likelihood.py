@@ -68,6 +68,19 @@ def test_the_likelihood_is_the_sum_of_the_logarithms_of_what_was_chosen(counted)
     np.testing.assert_allclose(eqx.filter_jit(likelihood().value)(jnp.asarray(WEIGHTS), memory), expected, rtol=1e-12)
 
 
+def test_an_episode_tells_weights_apart_by_the_expected_logarithm_of_their_ratio() -> None:
+    policy, others = some_policies(1)[0], WEIGHTS[::-1].copy()
+    other = replace(GAME, expert=GAME.temperature * others.reshape(JOINT))
+    truth, instead = response(GAME, policy), response(other, policy)
+    counts = expected_counts(GAME, policy)
+    seen = counts > 0
+    expected = (counts[seen] * (np.log(truth[seen]) - np.log(instead[seen]))).sum()
+    told = eqx.filter_jit(likelihood().discrimination)
+    found = told(jnp.asarray(policy), jnp.asarray(WEIGHTS), jnp.asarray(others))
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    assert told(jnp.asarray(policy), jnp.asarray(WEIGHTS), jnp.asarray(WEIGHTS)) == 0.0
+
+
 def test_the_derivatives_are_those_of_autodiff(counted) -> None:
     _, _, memory = counted
     model, weights = likelihood(), jnp.asarray(WEIGHTS)

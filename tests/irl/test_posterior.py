@@ -94,7 +94,7 @@ def test_the_estimate_is_the_maximum_and_the_prior_is_the_evidences(memory: Memo
     np.testing.assert_allclose(found.log_density, at.value - 0.5 * alpha * theta @ theta, rtol=1e-9)
     determined = 18 - alpha * np.trace(np.linalg.inv(precision))
     assert 0 < determined < 18
-    np.testing.assert_allclose(alpha, (determined + 2) / (theta @ theta + 2 * 3.0**2), rtol=0.02)
+    np.testing.assert_allclose(alpha, (determined + 0.5) / (theta @ theta + 0.5 * 3.0**2), rtol=0.02)
 
 
 @pytest.mark.slow

@@ -5,6 +5,8 @@ Backward in t, from V_T = 0, for both sides i:
     Q_i,t(s, a) = r_i(s, a) + γ E[V_i,t+1(s')]
     π_i,t(a_i|s) ∝ exp(E_{a_-i ~ π_-i} Q_i,t(s, a) / τ)
     V_i,t(s) = τ logsumexp_{a_i}(E_{a_-i ~ π_-i} Q_i,t(s, a) / τ)
+
+over the actions that each side may choose; V_i is 0 in terminal states.
 """
 
 import jax
@@ -13,7 +15,7 @@ from jaxtyping import Array, Bool, Float
 
 from gsiirl.equilibria.base import AbstractForwardModel, AbstractSolution
 from gsiirl.equilibria.stage import differentiable_log_policies, solve_stage
-from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.base import AbstractTabularGame, only_allowed
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.types import Number, Policies, Sides
 
@@ -47,8 +49,12 @@ class Logit(AbstractForwardModel):
         """The equilibrium of `game` under `rewards` (payoffs over all states)."""
         dtype = game.initial.dtype
         temperature = jnp.asarray(self.temperature, dtype)
-        stage = jax.vmap(lambda q, guess, tolerance: solve_stage(q, temperature, guess, tolerance), (0, 0, None))
-        implicit = jax.vmap(lambda q, found: differentiable_log_policies(q, temperature, found))
+        allowed = game.allowed
+        stage = jax.vmap(
+            lambda q, guess, tolerance, allowed: solve_stage(q, temperature, guess, tolerance, allowed),
+            (0, 0, None, 0),
+        )
+        implicit = jax.vmap(lambda q, found, allowed: differentiable_log_policies(q, temperature, found, allowed))
 
         def backward(carry, _):
             values, guess = carry
@@ -58,15 +64,15 @@ class Logit(AbstractForwardModel):
             )
             largest = jnp.max(jnp.stack([jnp.max(jnp.abs(leaf)) for leaf in jax.tree.leaves(payoffs)]))
             tolerance = jax.lax.stop_gradient(2e3 * jnp.finfo(dtype).eps * (1.0 + 0.01 * largest / temperature))
-            found = stage(jax.lax.stop_gradient(payoffs), jax.lax.stop_gradient(guess), tolerance)
+            found = stage(jax.lax.stop_gradient(payoffs), jax.lax.stop_gradient(guess), tolerance, allowed)
             converged = jnp.all(found.residual <= 10.0 * tolerance)
-            log_policies = implicit(payoffs, found.log_policies)
+            log_policies = implicit(payoffs, found.log_policies, allowed)
             policies = jax.tree.map(jnp.exp, log_policies)
-            values = Sides(
-                temperature * jax.nn.logsumexp(payoffs.learner.learner_values(policies.expert) / temperature, axis=-1),
-                temperature * jax.nn.logsumexp(payoffs.expert.expert_values(policies.learner) / temperature, axis=-1),
+            scaled = Sides(
+                only_allowed(payoffs.learner.learner_values(policies.expert) / temperature, allowed.learner),
+                only_allowed(payoffs.expert.expert_values(policies.learner) / temperature, allowed.expert),
             )
-            values = jax.tree.map(game.alive, values)
+            values = jax.tree.map(lambda each: game.alive(temperature * jax.nn.logsumexp(each, axis=-1)), scaled)
             return (values, log_policies), (policies, values, found, converged)
 
         nothing = jnp.zeros_like(game.initial)

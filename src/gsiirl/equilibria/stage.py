@@ -12,6 +12,9 @@ small border: two multipliers that keep the policies normalised and, along a pat
 - `_follow_branch`: pseudo-arclength continuation from the uniform policies at λ = 0 (Turocy 2005) up to the first
   crossing of the target λ; a branch that turns back on the way is flagged.
 
+Actions that may not be chosen (`allowed` False) keep the log-probability `FORBIDDEN`, have no residual and do not move;
+their columns of the linear system vanish with their probability, so that the others' equations are those without them.
+
 Every function takes one stage game; `vmap` is outside.
 """
 
@@ -20,8 +23,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from gsiirl.games.base import FORBIDDEN
 from gsiirl.games.payoff import AbstractPayoff, MatchingPayoff
 from gsiirl.types import Sides
+
+Allowed = Sides[Bool[Array, " A"] | None]
+ALL: Allowed = Sides(None, None)
 
 _NEWTON_STEPS = 60
 _BRANCH_STEPS = 2000
@@ -54,19 +61,21 @@ def solve_stage(
     temperature: Float[Array, ""],
     guess: Sides[Float[Array, " A"]],
     tolerance: float | Float[Array, ""],
+    allowed: Allowed = ALL,
 ) -> StageSolution:
     """The principal logit equilibrium of one stage game; `guess` are log-policies to start Newton's method from.
 
-    Not differentiable: see `differentiable_log_policies`.
+    `allowed` says which actions each side may choose, None being all. Not differentiable: see
+    `differentiable_log_policies`.
     """
     target = 1.0 / temperature
-    start = _best_response(payoffs, jax.tree.map(jnp.exp, guess), target)
-    certified = _certified_unique(payoffs, target)
-    tried = _newton(payoffs, target, start, tolerance, certified)
+    start = _best_response(payoffs, jax.tree.map(jnp.exp, guess), target, allowed)
+    certified = _certified_unique(payoffs, target) if not _masked(allowed) else jnp.asarray(False)
+    tried = _newton(payoffs, target, start, tolerance, certified, allowed)
     unsolved = ~(certified & (tried.size <= tolerance))
-    branch = _follow_branch(payoffs, target, unsolved)
+    branch = _follow_branch(payoffs, target, unsolved, allowed)
     log_policies = jax.tree.map(lambda a, b: jnp.where(unsolved, a, b), branch.point.log_policies, tried.log_policies)
-    polished = _newton(payoffs, target, log_policies, tolerance, unsolved)
+    polished = _newton(payoffs, target, log_policies, tolerance, unsolved, allowed)
     return StageSolution(
         log_policies=polished.log_policies,
         residual=jnp.where(unsolved & ~branch.arrived, jnp.inf, polished.size),
@@ -77,7 +86,10 @@ def solve_stage(
 
 
 def differentiable_log_policies(
-    payoffs: Sides[AbstractPayoff], temperature: Float[Array, ""], log_policies: Sides[Float[Array, " A"]]
+    payoffs: Sides[AbstractPayoff],
+    temperature: Float[Array, ""],
+    log_policies: Sides[Float[Array, " A"]],
+    allowed: Allowed = ALL,
 ) -> Sides[Float[Array, " A"]]:
     """The solution as a function of payoffs and temperature, by the implicit function theorem.
 
@@ -85,22 +97,41 @@ def differentiable_log_policies(
     first derivative is −J⁻¹ ∂R, in forward and in reverse mode.
     """
     frozen = jax.lax.stop_gradient(log_policies)
-    residual = _residual(payoffs, frozen, 1.0 / temperature)
+    residual = _residual(payoffs, frozen, 1.0 / temperature, allowed)
     held = jax.lax.stop_gradient(payoffs)
-    step = _newton_direction(held, frozen, jax.lax.stop_gradient(1.0 / temperature), residual)
+    step = _newton_direction(held, frozen, jax.lax.stop_gradient(1.0 / temperature), residual, allowed)
     return jax.tree.map(jnp.add, frozen, step)
 
 
-def _best_response(payoffs: Sides[AbstractPayoff], policies: Sides, inverse_temperature: Float[Array, ""]) -> Sides:
-    return Sides(
-        jax.nn.log_softmax(inverse_temperature * payoffs.learner.learner_values(policies.expert)),
-        jax.nn.log_softmax(inverse_temperature * payoffs.expert.expert_values(policies.learner)),
+def _best_response(
+    payoffs: Sides[AbstractPayoff], policies: Sides, inverse_temperature: Float[Array, ""], allowed: Allowed
+) -> Sides:
+    values = Sides(
+        inverse_temperature * payoffs.learner.learner_values(policies.expert),
+        inverse_temperature * payoffs.expert.expert_values(policies.learner),
     )
+    return jax.tree.map(jax.nn.log_softmax, _where_allowed(allowed, values, FORBIDDEN))
 
 
-def _residual(payoffs: Sides[AbstractPayoff], log_policies: Sides, inverse_temperature: Float[Array, ""]) -> Sides:
+def _residual(
+    payoffs: Sides[AbstractPayoff], log_policies: Sides, inverse_temperature: Float[Array, ""], allowed: Allowed
+) -> Sides:
     policies = jax.tree.map(jnp.exp, log_policies)
-    return jax.tree.map(jnp.subtract, log_policies, _best_response(payoffs, policies, inverse_temperature))
+    best = _best_response(payoffs, policies, inverse_temperature, allowed)
+    return _where_allowed(allowed, jax.tree.map(jnp.subtract, log_policies, best), 0.0)
+
+
+def _masked(allowed: Allowed) -> bool:
+    return allowed.learner is not None or allowed.expert is not None
+
+
+def _where_allowed(allowed: Allowed, values: Sides, otherwise: float) -> Sides:
+    """`values` (..., A) of both sides, with another number for the actions that may not be chosen."""
+
+    def of_one(mask: Array | None, values: Array) -> Array:
+        return values if mask is None else jnp.where(jnp.broadcast_to(mask, values.shape), values, otherwise)
+
+    return Sides(of_one(allowed.learner, values.learner), of_one(allowed.expert, values.expert))
 
 
 def _size(residual: Sides) -> Float[Array, ""]:
@@ -112,7 +143,11 @@ def _normalised(log_policies: Sides) -> Sides:
 
 
 def _newton_direction(
-    payoffs: Sides[AbstractPayoff], log_policies: Sides, inverse_temperature: Float[Array, ""], residual: Sides
+    payoffs: Sides[AbstractPayoff],
+    log_policies: Sides,
+    inverse_temperature: Float[Array, ""],
+    residual: Sides,
+    allowed: Allowed,
 ) -> Sides:
     """−J⁻¹ R among directions that keep both policies normalised (π_l·u = 0, π_e·v = 0)."""
     policies = jax.tree.map(jnp.exp, log_policies)
@@ -124,6 +159,7 @@ def _newton_direction(
         inverse_temperature,
         Sides(jnp.stack([-residual.learner, one_l, zero_l]), jnp.stack([-residual.expert, zero_e, one_e])),
     )
+    columns = _where_allowed(allowed, columns, 0.0)
     # u = c₀ − κ_l c₁ − κ_e c₂ with the multipliers κ from normalisation.
     on_learner = jnp.sum(columns.learner * policies.learner[None, :], axis=1)
     on_expert = jnp.sum(columns.expert * policies.expert[None, :], axis=1)
@@ -147,18 +183,19 @@ def _newton(
     start: Sides,
     tolerance: float | Float[Array, ""],
     wanted: Bool[Array, ""],
+    allowed: Allowed,
 ) -> _Newton:
     """Newton's method with step halving on max |R|; stops at `tolerance`, or where no step helps any more."""
-    residual = _residual(payoffs, start, inverse_temperature)
+    residual = _residual(payoffs, start, inverse_temperature, allowed)
     one = jnp.ones_like(_size(residual))
 
     def unfinished(state: _Newton) -> Bool[Array, ""]:
         return wanted & (state.size > tolerance) & (state.steps < _NEWTON_STEPS) & (state.length > 1e-6)
 
     def body(state: _Newton) -> _Newton:
-        direction = _newton_direction(payoffs, state.log_policies, inverse_temperature, state.residual)
+        direction = _newton_direction(payoffs, state.log_policies, inverse_temperature, state.residual, allowed)
         trial = _normalised(jax.tree.map(lambda w, d: w + state.length * d, state.log_policies, direction))
-        residual = _residual(payoffs, trial, inverse_temperature)
+        residual = _residual(payoffs, trial, inverse_temperature, allowed)
         size = _size(residual)
         accepted = size < (1.0 - 1e-3 * state.length) * state.size
 
@@ -237,7 +274,12 @@ def _dot(a: _Point, b: _Point) -> Float[Array, ""]:
 
 
 def _bordered_step(
-    payoffs: Sides[AbstractPayoff], point: _Point, residual: Sides, row: _Point, row_target: Float[Array, ""]
+    payoffs: Sides[AbstractPayoff],
+    point: _Point,
+    residual: Sides,
+    row: _Point,
+    row_target: Float[Array, ""],
+    allowed: Allowed,
 ) -> tuple[_Point, Float[Array, ""]]:
     """Solve J w + ∂R/∂λ ℓ = −R, row·(w, ℓ) = row_target, with w keeping the policies normalised.
 
@@ -257,6 +299,7 @@ def _bordered_step(
             jnp.stack([-residual.expert, zero_e, -one_e, values.expert]),
         ),
     )
+    columns = _where_allowed(allowed, columns, 0.0)
     on_learner = jnp.sum(columns.learner * policies.learner[None, :], axis=1)
     on_expert = jnp.sum(columns.expert * policies.expert[None, :], axis=1)
     on_row = jnp.sum(columns.learner * row.log_policies.learner[None, :], axis=1) + jnp.sum(
@@ -281,15 +324,19 @@ def _solve_3x3(matrix: Float[Array, "3 3"], right: Float[Array, " 3"]) -> tuple[
     return solution, determinant
 
 
-def _follow_branch(payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wanted: Bool[Array, ""]) -> _Branch:
+def _follow_branch(
+    payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wanted: Bool[Array, ""], allowed: Allowed
+) -> _Branch:
     """Follow the principal branch from λ = 0 to its first crossing of `target`."""
     zero = jnp.zeros_like(target)
-    origin = _Point(_uniform_like(payoffs), zero)
+    origin = _Point(_uniform_like(payoffs, allowed), zero)
     nothing = jax.tree.map(jnp.zeros_like, origin.log_policies)
     # At λ = 0 both play uniformly whatever the other does: d ln π_i / dλ is the action value less its mean.
     uniform = jax.tree.map(jnp.exp, origin.log_policies)
     values = Sides(payoffs.learner.learner_values(uniform.expert), payoffs.expert.expert_values(uniform.learner))
-    tangent = _unit(_Point(jax.tree.map(lambda value: value - jnp.mean(value), values), zero + 1.0))
+    means = jax.tree.map(jnp.mean, values) if not _masked(allowed) else jax.tree.map(jnp.vdot, uniform, values)
+    rising = _where_allowed(allowed, jax.tree.map(jnp.subtract, values, means), 0.0)
+    tangent = _unit(_Point(rising, zero + 1.0))
 
     def unfinished(branch: _Branch) -> Bool[Array, ""]:
         return wanted & ~branch.arrived & (branch.steps < _BRANCH_STEPS) & (branch.length > _SMALLEST_STEP)
@@ -305,13 +352,13 @@ def _follow_branch(payoffs: Sides[AbstractPayoff], target: Float[Array, ""], wan
         row = jax.tree.map(lambda a, b: jnp.where(crosses, a, b), level, tangent)
         corrected = _Point(_normalised(predicted.log_policies), predicted.inverse_temperature)
         for _ in range(_CORRECTOR_STEPS):
-            residual = _residual(payoffs, corrected.log_policies, corrected.inverse_temperature)
+            residual = _residual(payoffs, corrected.log_policies, corrected.inverse_temperature, allowed)
             off = _dot(row, jax.tree.map(jnp.subtract, predicted, corrected))
-            step, _ = _bordered_step(payoffs, corrected, residual, row, off)
+            step, _ = _bordered_step(payoffs, corrected, residual, row, off, allowed)
             moved = jax.tree.map(jnp.add, corrected, step)
             corrected = _Point(_normalised(moved.log_policies), moved.inverse_temperature)
-        left = _size(_residual(payoffs, corrected.log_policies, corrected.inverse_temperature))
-        turned, orientation = _bordered_step(payoffs, corrected, nothing, tangent, zero + 1.0)
+        left = _size(_residual(payoffs, corrected.log_policies, corrected.inverse_temperature, allowed))
+        turned, orientation = _bordered_step(payoffs, corrected, nothing, tangent, zero + 1.0, allowed)
         turned = _unit(turned)
         # A step that turns much, or that the corrector moves far, may have landed on another branch. So has one after
         # which the determinant's sign is another: it is the same all along a branch, and differs between two branches
@@ -368,10 +415,13 @@ def _unit(tangent: _Point) -> _Point:
     return jax.tree.map(lambda leaf: leaf / norm, tangent)
 
 
-def _uniform_like(payoffs: Sides[AbstractPayoff]) -> Sides:
+def _uniform_like(payoffs: Sides[AbstractPayoff], allowed: Allowed) -> Sides:
     learner_actions, expert_actions = payoffs.learner.number_of_actions
     dtype = jax.tree.leaves(payoffs)[0].dtype
-    return Sides(
-        jnp.full(learner_actions, -jnp.log(learner_actions), dtype),
-        jnp.full(expert_actions, -jnp.log(expert_actions), dtype),
-    )
+    if not _masked(allowed):
+        return Sides(
+            jnp.full(learner_actions, -jnp.log(learner_actions), dtype),
+            jnp.full(expert_actions, -jnp.log(expert_actions), dtype),
+        )
+    nothing = Sides(jnp.zeros(learner_actions, dtype), jnp.zeros(expert_actions, dtype))
+    return _normalised(_where_allowed(allowed, nothing, FORBIDDEN))

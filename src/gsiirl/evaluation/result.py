@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 import jax
@@ -10,6 +11,7 @@ import numpy as np
 from jaxtyping import Array
 
 from gsiirl.commitment.objective import Commitment
+from gsiirl.compilation import QUICKLY
 from gsiirl.evaluation.commitment import SHARPER, Extremes, Marl, equilibrium, extremes
 from gsiirl.games.base import uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
@@ -26,8 +28,8 @@ class Evaluation(Mapping[str, Any]):
     `deployed` is what the result's policy earns, `played` what the policies of the last ten iterations earned while
     learning (mean), `best_played` the most that any policy played earned, `random` uniform play; `ceiling` and `floor`
     the best and the worst commitment that a search with the true reward finds; `marl` and `sharp_marl` the equilibria
-    of both true rewards, with a learner as soft as the expert and one thirty times sharper (NaN where actions are
-    forbidden: the solver of equilibria takes no masks yet). `regret` is (ceiling − deployed) / (ceiling − floor).
+    of both true rewards, with a learner as soft as the expert and one thirty times sharper. `regret` is
+    (ceiling − deployed) / (ceiling − floor).
     """
 
     deployed: float
@@ -73,8 +75,7 @@ def evaluate(
         commitment = Commitment(problem.game, problem.own_reward + problem.dependent_value, problem.discount)
         commitment, reward, tau = jax.tree.map(jnp.asarray, (commitment, expert_reward, temperature))
         found = _extremes(commitment, reward, tau, jnp.asarray(policy)[None], jax.random.key(seed))
-        # The equilibrium's solver does not know of forbidden actions; its figure would be of another game.
-        sharpness = {} if problem.game.forbids else {"marl": 1.0, "sharp_marl": SHARPER}
+        sharpness = {"marl": 1.0, "sharp_marl": SHARPER}
         solved = {name: _equilibrium(commitment, reward, tau, jnp.asarray(each)) for name, each in sharpness.items()}
         policies = {
             "deployed": jnp.asarray(policy),
@@ -89,9 +90,8 @@ def evaluate(
         # A run folder keeps none of the policies that were played.
         return float(each.mean()) if each.size else float("nan")
 
-    unsolved = dict.fromkeys(("marl", "sharp_marl"), float("nan"))
-    earned = unsolved | dict(zip(policies, values.tolist(), strict=False))
-    plain = unsolved | dict(zip(policies, undiscounted.tolist(), strict=False))
+    earned = dict(zip(policies, values.tolist(), strict=False))
+    plain = dict(zip(policies, undiscounted.tolist(), strict=False))
     ceiling, floor = max(float(found.ceiling), earned["deployed"]), min(float(found.floor), earned["deployed"])
     span = ceiling - floor
     return Evaluation(
@@ -105,19 +105,19 @@ def evaluate(
         random=earned["random"],
         marl=earned["marl"],
         sharp_marl=earned["sharp_marl"],
-        marl_converged="marl" in solved and bool(solved["marl"].converged),
-        sharp_marl_converged="sharp_marl" in solved and bool(solved["sharp_marl"].converged),
+        marl_converged=bool(solved["marl"].converged),
+        sharp_marl_converged=bool(solved["sharp_marl"].converged),
         undiscounted={**plain, "played": mean(undiscounted[len(policies) :][-LAST:])},
         ceiling_policy=np.asarray(found.best),
     )
 
 
-@jax.jit
+@partial(jax.jit, compiler_options=QUICKLY)
 def _extremes(commitment: Commitment, reward: AbstractPayoff, temperature: Array, also: Array, key: Array) -> Extremes:
     return extremes(commitment, reward, temperature, also, key)
 
 
-@jax.jit
+@partial(jax.jit, compiler_options=QUICKLY)
 def _equilibrium(commitment: Commitment, reward: AbstractPayoff, temperature: Array, sharper: Array) -> Marl:
     return equilibrium(commitment, reward, temperature, sharper)
 

@@ -59,6 +59,7 @@ CHANGES = (
         "thompson", "the best under a draw of the posterior is played, not under the estimate", {"explore": "thompson"}
     ),
     Change("average", "the best on average over the posterior is handed back", {"hand_back": "average"}),
+    Change("informative", "policies that tell most are played in the first half", {"explore": "informative"}),
 )
 """In the order in which they are made; with the last one the settings are the default's."""
 

@@ -29,9 +29,9 @@ class GameConfig:
     """Whether the learner is told the temperature that the file gives the expert."""
     lower_level: Literal["likelihood", "matching"] = "likelihood"
     """How the expert's reward is fitted: by the conditional likelihood, to convergence, or by matching features."""
-    explore: Literal["thompson", "estimate"] | None = None
-    """What is played while learning: the best policy under a draw of the posterior (`thompson`, default with the
-    likelihood), or under the `estimate`."""
+    explore: Literal["informative", "thompson", "estimate"] | None = None
+    """What is played while learning: the best policy under a draw of the posterior (`thompson`), the same after a first
+    half of the most `informative` policies (default with the likelihood), or the best under the `estimate`."""
     hand_back: Literal["average", "estimate"] | None = None
     """What is handed back: the best policy on `average` over the posterior (default with the likelihood), or under the
     `estimate`."""
@@ -61,7 +61,7 @@ class GameConfig:
         has_posterior = self.lower_level == "likelihood"
         full = replace(
             self,
-            explore=self.explore or ("thompson" if has_posterior else "estimate"),
+            explore=self.explore or ("informative" if has_posterior else "estimate"),
             hand_back=self.hand_back or ("average" if has_posterior else "estimate"),
         )
         if not has_posterior and (full.explore, full.hand_back) != ("estimate", "estimate"):

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Array, PRNGKeyArray
 
 from gsiirl.baselines.marl import marl
+from gsiirl.compilation import QUICKLY
 from gsiirl.equilibria import Logit
-from gsiirl.errors import InputError
 from gsiirl.evaluation.truth import Truth, Yardsticks
 from gsiirl.experiments.game import GameConfig
 from gsiirl.experiments.game_file import OwnGame, read_game
@@ -39,21 +39,14 @@ def prepare(config: GameConfig, saved_game: Path | None = None) -> PreparedRun:
     expert = RespondingExpert(game, reward, own.temperature, problem.discount)
     rewards = Sides(jax.tree.map(jnp.asarray, problem.own_reward + problem.dependent_value), reward)
     truth = Truth(game, rewards, Logit(own.temperature), own.temperature, problem.discount)
-    yardsticks: Yardsticks = jax.jit(lambda: truth.yardsticks())()
-    # The solver of equilibria takes no masks yet.
-    if game.forbids and config.algorithm == "marl":
-        raise InputError("algorithm", "marl does not know of forbidden actions yet", "use gsiirl")
+    yardsticks: Yardsticks = jax.jit(lambda: truth.yardsticks(), compiler_options=QUICKLY)()
     algorithms = {"gsiirl": _gsiirl, "marl": _marl}
     return PreparedRun(
         game=own.to_json_dict(),
         algorithm=algorithms[config.algorithm](config, learner, expert, truth, yardsticks),
         iterations=0 if config.algorithm == "marl" else config.iterations,
         chunk=CHUNK,
-        references=lambda: {
-            name: value
-            for name, value in (truth.references() | yardsticks.returns).items()
-            if not (game.forbids and name.startswith(("truth", "sharp")))
-        },
+        references=lambda: truth.references() | yardsticks.returns,
         parameters={
             "expert_reward": Parameters(problem.unit, tuple(problem.expert_names)),
             "dependent_reward": Parameters(1.0, tuple(problem.dependent_names)),

@@ -54,9 +54,10 @@ class SecurityConfig:
     lower_level: Literal["likelihood", "matching", "equilibrium"] | None = None
     """How the expert's reward is fitted: by the conditional `likelihood`, to convergence (default; policy only); by
     `matching` features under the policy as played; or by matching under the `equilibrium` (paper; reward only)."""
-    explore: Literal["thompson", "estimate"] | None = None
-    """What is played while learning: the best policy under a draw of the posterior (`thompson`, default with the
-    likelihood), or under the `estimate`. Policy only."""
+    explore: Literal["informative", "thompson", "estimate"] | None = None
+    """What is played while learning: the best policy under a draw of the posterior (`thompson`), the same after a first
+    half of the most `informative` policies (default with the likelihood), or the best under the `estimate`. Policy
+    only."""
     hand_back: Literal["average", "estimate"] | None = None
     """What is handed back: the best policy on `average` over the posterior (default with the likelihood), or under the
     `estimate`. Policy only."""
@@ -204,7 +205,7 @@ class SecurityConfig:
 POLICY: dict[str, Any] = {
     "commitment": "policy",
     "lower_level": "likelihood",
-    "explore": "thompson",
+    "explore": "informative",
     "hand_back": "average",
     "starts": "many",
     "feedback": "model",

@@ -138,6 +138,7 @@ def _policy_learner(config: SecurityConfig, bilevel: Bilevel) -> CommitmentLearn
         hand_back=_given(config.hand_back),
         feedback=_given(config.feedback),
         many_starts=config.starts == "many",
+        informative_rounds=config.iterations // 2,
         remembered=config.remembered or remembered(game, config.iterations),
     )
 

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.baselines.marl import marl
+from gsiirl.compilation import QUICKLY
 from gsiirl.equilibria import AbstractSolution, LogitSolution
 from gsiirl.evaluation.reward_similarity import RewardSimilarity
 from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, saved
@@ -189,7 +190,7 @@ class _Judge:
 
     def __init__(self, config: SecurityConfig, problem: SecurityProblem) -> None:
         bilevel = problem.bilevel
-        self.yardsticks = jax.jit(lambda: problem.truth.yardsticks())()
+        self.yardsticks = jax.jit(lambda: problem.truth.yardsticks(), compiler_options=QUICKLY)()
         self._truth, self._discount, self._features = problem.truth, config.discount, bilevel.expert_reward.features
         self._expert = RewardSimilarity.of(problem.game, bilevel.expert_reward.features)
         self._dependent = RewardSimilarity.of(problem.game, bilevel.dependent_reward.features)

@@ -58,11 +58,6 @@ class AbstractTabularGame(eqx.Module):
         return Sides(None, None)
 
     @property
-    def forbids(self) -> bool:
-        """Whether either side has actions that it may not choose."""
-        return self.allowed.learner is not None or self.allowed.expert is not None
-
-    @property
     def policy_size(self) -> int:
         """T S (A_l + A_e): numbers of both sides' policies."""
         actions = self.number_of_actions

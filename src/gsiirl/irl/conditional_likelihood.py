@@ -23,9 +23,10 @@ from jaxtyping import Array, Float
 
 from gsiirl.equilibria.response import respond
 from gsiirl.games.base import AbstractTabularGame
+from gsiirl.irl.expectations import state_distributions
 from gsiirl.irl.memory import Memory
 from gsiirl.rewards.linear import AbstractFeatures
-from gsiirl.types import Trajectories
+from gsiirl.types import Sides, Trajectories
 
 Total = TypeVar("Total")
 BLOCK = 2**17
@@ -71,6 +72,18 @@ class ConditionalLikelihood(eqx.Module):
     def action_values(self, weights: Float[Array, " m"], learner_policy: Float[Array, "T S A_l"]) -> Array:
         """q (T, S, A_e): Q_e/τ of the response to `learner_policy`; `FORBIDDEN` where an action may not be chosen."""
         return respond(self.game, learner_policy, self.features.payoff(weights), 1.0, self.discount).action_values
+
+    def discrimination(
+        self, learner_policy: Float[Array, "T S A_l"], weights: Float[Array, " m"], others: Float[Array, " m"]
+    ) -> Float[Array, ""]:
+        """How much an episode against `learner_policy` tells `weights`, were they true, from `others`; in nats.
+
+        D = Σ_t Σ_s d_t(s) KL(π_e(·|s, t; weights) ‖ π_e(·|s, t; others)), the expected log-likelihood ratio.
+        """
+        log_policies = [jax.nn.log_softmax(self.action_values(each, learner_policy)) for each in (weights, others)]
+        policy = jnp.exp(log_policies[0])
+        visits = state_distributions(self.game, Sides(learner_policy, policy))
+        return jnp.sum(visits[..., None] * policy * (log_policies[0] - log_policies[1]))
 
     def value(self, weights: Float[Array, " m"], memory: Memory[Seen]) -> Float[Array, ""]:
         """ℓ(θ) over what is remembered."""

@@ -5,8 +5,8 @@ The log-posterior of the weights θ (in units of the temperature) is
     Φ(θ) = ℓ(θ) − (α/2)‖θ‖²,
 
 with the conditional likelihood ℓ and a Gaussian prior of standard deviation 1/√α for each weight. Where no `prior` is
-given, α is chosen by the evidence (MacKay 1992): α = (g + 2) / (‖θ‖² + 2·3²), where g = m − α tr H⁻¹ weights are
-determined by the data, H = F + αI, and two more weights of deviation 3 stand for what is known before.
+given, α is chosen by the evidence (MacKay 1992): α = (g + ½) / (‖θ‖² + ½·3²), where g = m − α tr H⁻¹ weights are
+determined by the data, H = F + αI, and half a weight of deviation 3 stands for what is known before.
 
 `fit` finds the maximum by Levenberg's method, `draws` takes Gaussian draws N(θ̂, H⁻¹) with importance weights, and
 `hamiltonian` draws from exp Φ itself by Hamiltonian Monte Carlo.
@@ -27,6 +27,8 @@ MOST_STEPS = 60
 """Levenberg's steps of one fit; what has not converged then goes on in the next iteration, and says so."""
 FIRST_DEVIATION = 3.0
 """Standard deviation of the prior before anything was seen, in units of the temperature."""
+PRIOR_WEIGHT = 0.5
+"""As if so many more weights had been seen, of the deviation that is taken before anything was seen."""
 DEVIATIONS = (0.05, 2000.0)
 """What the evidence may choose for it."""
 SOLVER_STEPS = 100
@@ -109,34 +111,33 @@ class Inference(eqx.Module):
         def unfinished(carry) -> Array:
             _, _, alpha, damping, decrement, better, step = carry
             settled = (decrement <= self.tolerance) & (jnp.abs(better / alpha - 1.0) < 0.01)
-            return ~settled & (step < MOST_STEPS) & (damping < 1e12)
+            return (step < 0) | (~settled & (step < MOST_STEPS) & (damping < 1e12))
 
         def body(carry):
             theta, at, alpha, damping, decrement, better, step = carry
+            # The first round, step -1, only looks where the last fit ended.
+            looks = step < 0
             # The prior moves once the weights have nearly settled under the old one.
-            alpha = jnp.where(decrement < 0.3, better, alpha)
+            alpha = jnp.where(~looks & (decrement < 0.3), better, alpha)
             hessian = at.fisher + alpha * identity
             unit = jnp.trace(hessian) / m
             gradient = at.gradient - alpha * theta
             factor = jax.scipy.linalg.cho_factor(hessian + damping * unit * identity)
-            candidate = theta + jax.scipy.linalg.cho_solve(factor, gradient)
+            candidate = jnp.where(looks, theta, theta + jax.scipy.linalg.cho_solve(factor, gradient))
             there = self.likelihood.derivatives(candidate, memory)
             gained = objective(candidate, there.value, alpha) - objective(theta, at.value, alpha)
             # At the maximum rounding decides; a step too short to matter is taken as it is.
-            accepted = (gained >= 0.0) | (jnp.max(jnp.abs(candidate - theta)) < 1e-9 * (1.0 + jnp.max(jnp.abs(theta))))
+            short = jnp.max(jnp.abs(candidate - theta)) < 1e-9 * (1.0 + jnp.max(jnp.abs(theta)))
+            accepted = looks | (gained >= 0.0) | short
             theta, at = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), (candidate, there), (theta, at))
             decrement, better = measured(theta, at, alpha)
-            damping = jnp.where(accepted, jnp.maximum(0.1 * damping, 1e-10), jnp.maximum(10.0 * damping, 1e-6))
-            return theta, at, alpha, damping, decrement, better, step + 1
+            changed = jnp.where(accepted, jnp.maximum(0.1 * damping, 1e-10), jnp.maximum(10.0 * damping, 1e-6))
+            return theta, at, alpha, jnp.where(looks, damping, changed), decrement, better, step + 1
 
-        at = self.likelihood.derivatives(before.mean, memory)
-        alpha = before.prior_precision
-        decrement, better = measured(before.mean, at, alpha)
-        theta, at, alpha, _, decrement, _, steps = jax.lax.while_loop(
-            unfinished,
-            body,
-            (before.mean, at, alpha, jnp.asarray(1e-10, dtype), decrement, better, jnp.zeros((), jnp.int32)),
-        )
+        zero = jnp.zeros((), dtype)
+        nothing = Derivatives(zero, jnp.zeros(m, dtype), jnp.zeros((m, m), dtype))
+        start = (before.mean, nothing, before.prior_precision, jnp.asarray(1e-10, dtype), zero, zero, jnp.int32(-1))
+        theta, at, alpha, _, decrement, _, steps = jax.lax.while_loop(unfinished, body, start)
         return Posterior(
             mean=theta,
             prior_precision=alpha,
@@ -238,12 +239,9 @@ class Inference(eqx.Module):
             value, slope = value - 0.5 * alpha * jnp.sum(theta**2), slope - alpha * theta
             return value, jax.scipy.linalg.solve_triangular(lower, slope, lower=True)
 
-        def one_step(y: Array, at: tuple[Array, Array], length: Array, key: PRNGKeyArray):
-            momentum_key, uniform_key = jax.random.split(key)
-            momentum = jax.random.normal(momentum_key, y.shape, y.dtype)
-            uniform = jax.random.uniform(uniform_key, (2,), y.dtype)
+        def one_step(y: Array, at: tuple[Array, Array], momentum: Array, uniform: Array, length: Array, looks: Array):
             # Lengths that vary keep a chain from going round in a circle.
-            length = length * (0.7 + 0.6 * uniform[0])
+            length = jnp.where(looks, 0.0, length * (0.7 + 0.6 * uniform[0]))
 
             def leap(_: Array, carry):
                 y, p, (value, slope) = carry
@@ -255,19 +253,24 @@ class Inference(eqx.Module):
             moved, p, there = jax.lax.fori_loop(0, 8, leap, (y, momentum, at))
             log_ratio = there[0] - at[0] + 0.5 * (jnp.sum(momentum**2) - jnp.sum(p**2))
             chance = jnp.where(jnp.isfinite(log_ratio), jnp.exp(jnp.minimum(log_ratio, 0.0)), 0.0)
-            accepted = uniform[1] < chance
+            accepted = looks | (uniform[1] < chance)
             return jax.tree.map(lambda a, b: jnp.where(accepted, a, b), (moved, there), (y, at)), chance
 
         def one_round(index: Array, carry):
             (ys, ats), length = carry
-            keys = jax.random.split(jax.random.fold_in(key, index), number)
-            state, chances = jax.vmap(one_step, (0, 0, None, 0))(ys, ats, length, keys)
-            length = jnp.where(2 * index < rounds, length * jnp.exp(jnp.mean(chances) - 0.7), length)
+            momentum_key, uniform_key = jax.random.split(jax.random.fold_in(key, index))
+            momenta = jax.random.normal(momentum_key, ys.shape, ys.dtype)
+            uniforms = jax.random.uniform(uniform_key, (number, 2), ys.dtype)
+            # The first round has no length: it only looks where the chains begin.
+            looks = index == 0
+            state, chances = jax.vmap(one_step, (0, 0, 0, 0, None, None))(ys, ats, momenta, uniforms, length, looks)
+            adapts = ~looks & (2 * index < rounds)
+            length = jnp.where(adapts, length * jnp.exp(jnp.mean(chances) - 0.7), length)
             return state, length
 
         ys = jnp.zeros((number, posterior.mean.shape[0]), posterior.mean.dtype)
-        first = (ys, jax.vmap(value_and_slope)(ys)), jnp.asarray(0.2, ys.dtype)
-        (ys, _), _ = jax.lax.fori_loop(0, rounds, one_round, first)
+        first = (ys, (jnp.zeros(number, ys.dtype), jnp.zeros_like(ys))), jnp.asarray(0.2, ys.dtype)
+        (ys, _), _ = jax.lax.fori_loop(0, jnp.where(rounds > 0, rounds + 1, 0), one_round, first)
         return jax.vmap(placed)(ys)
 
     def _log_densities(self, values: Float[Array, "K m"], alpha: Array, memory: Memory[Seen]) -> Float[Array, " K"]:
@@ -282,8 +285,7 @@ class Inference(eqx.Module):
         if self.prior_deviation is not None:
             return alpha
         least, most = (deviation**-2 for deviation in DEVIATIONS[::-1])
-        # As if two more weights had been seen, of the deviation that is taken before anything was seen.
-        preferred = (determined + 2.0) / (jnp.sum(theta**2) + 2.0 * FIRST_DEVIATION**2)
+        preferred = (determined + PRIOR_WEIGHT) / (jnp.sum(theta**2) + PRIOR_WEIGHT * FIRST_DEVIATION**2)
         return jnp.clip(preferred, least, most)
 
     def _solve(self, theta: Array, alpha: Array, right: Array, memory: Memory[Seen]) -> Array:
