@@ -61,8 +61,13 @@ class Search(eqx.Module):
     def ascend(
         self, objective: Objective, starts: Starts, parameters: PyTree
     ) -> tuple[Float[Array, "N T S A_l"], Float[Array, " N"]]:
-        """The best logits that each ascent passed through, and their f; `parameters` have a leading axis N."""
-        return jax.vmap(lambda start, each: self._ascend(objective, start, each))(starts, parameters)
+        """The best logits that each ascent passed through, and their f; `parameters` have a leading axis N.
+
+        All at once in a small game; elsewhere one after the other, which caches like better.
+        """
+        if is_small(self.game):
+            return jax.vmap(lambda start, each: self._ascend(objective, start, each))(starts, parameters)
+        return jax.lax.map(lambda each: self._ascend(objective, *each), (starts, parameters))
 
     def random(self, number: int, spread: Float[Array, ""], key: PRNGKeyArray) -> Starts:
         """`number` starts: uniform, random pure and random mixed policies, a part of each begun in every way."""
