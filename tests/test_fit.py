@@ -472,6 +472,19 @@ def test_results_of_several_seeds_have_a_mean_and_a_spread() -> None:
     assert repr(results).endswith("seeds 2 to 4)")
 
 
+def test_a_run_that_is_still_exploring_at_its_end_warns() -> None:
+    result = made_result()
+    largest = np.ptp(GAME.dependent + GAME.own[..., None]) * (GAME.discount ** np.arange(HORIZON)).sum()
+    lost = np.concatenate([np.full(10, largest), np.full(10, 0.06 * largest)])
+    history = polars.DataFrame({"iteration": np.arange(20), "fit_decrement": np.full(20, 0.001), "played_loss": lost})
+    with pytest.warns(FitWarning, match=r"seed 0: in the last 10 iterations .* earn \S+ less than the best one"):
+        fit_module._warn(replace(result, history=history), 48)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fit_module._warn(replace(result, history=history.with_columns(played_loss=lost / 2)), 48)
+        fit_module._warn(replace(result, history=history.head(15)), 48)
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

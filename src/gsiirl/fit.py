@@ -33,9 +33,15 @@ from gsiirl.types import Interaction, Sides, Trajectories
 LowerLevel = Literal["likelihood", "matching"]
 FAR = 0.1
 """Standard deviations from the maximum of the fit from which on a warning is given."""
+LAST = 10
+"""Iterations at the end whose play is looked at."""
+UNSURE = 0.05
+"""Share of the largest difference of returns from which on a loss of what was played last gives a warning."""
 KEPT = 2**20
 """Numbers that the policies played may take in a result; of longer runs it keeps those played last."""
 EXPLORE, HAND_BACK = ("informative", "thompson", "estimate"), ("average", "estimate")
+FINE = 2.0**40
+"""Steps that the learner's largest reward is divided into."""
 MATCHING_DEVIATION = 3.0
 """What `lower_level="matching"` takes for the size of a weight, in units of the temperature, where none is given."""
 
@@ -189,8 +195,12 @@ class GSIIRL:
     def learner(self, iterations: int) -> CommitmentLearner:
         """The learner as pure functions, for a run of `iterations`."""
         problem = self.problem
+        reward = problem.own_reward + problem.dependent_value
+        unit = max((float(np.abs(leaf).max()) for leaf in jax.tree.leaves(reward)), default=0.0) or 1.0
+        # Rounded, so that the unit in which rewards are given tips no comparison of two commitments.
+        rounded = jax.tree.map(lambda leaf: np.round(np.asarray(leaf) / unit * FINE) / FINE, reward)
         return CommitmentLearner(
-            commitment=Commitment(problem.game, problem.own_reward + problem.dependent_value, problem.discount),
+            commitment=Commitment(problem.game, rounded, problem.discount),
             own_reward=problem.own_reward,
             accessed=problem.dependent_value,
             dependent_features=problem.dependent_features,
@@ -200,6 +210,7 @@ class GSIIRL:
             feedback=self._feedback,
             many_starts=self._many_starts,
             informative_rounds=iterations // 2,
+            unit=unit,
             remembered=remembered(problem.game, iterations),
         )
 
@@ -361,6 +372,21 @@ def _warn(result: Result, draws: int) -> None:
             FitWarning,
             stacklevel=3,
         )
+    lost = result.history["played_loss"][-LAST:].mean() if "played_loss" in result.history.columns else 0.0
+    if result.history.height >= 2 * LAST and lost > UNSURE * _largest_difference(result.problem):  # pyright: ignore[reportOperatorIssue, reportOptionalOperand]
+        warnings.warn(
+            f"seed {result.seed}: in the last {LAST} iterations the policies that were played are expected to earn "
+            f"{lost:.2g} less than the best one found (`played_loss`): too little is known of the expert's reward yet; "
+            "more iterations or trajectories help",
+            FitWarning,
+            stacklevel=3,
+        )
+
+
+def _largest_difference(problem: Problem) -> float:
+    """By how much two returns of the learner can differ."""
+    reward = np.asarray((problem.own_reward + problem.dependent_value).dense())
+    return float(np.ptp(reward) * np.sum(float(problem.discount) ** np.arange(problem.game.horizon)))
 
 
 def _one_of(argument: str, value: str, names: tuple[str, ...]) -> str:

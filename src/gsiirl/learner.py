@@ -86,7 +86,8 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     same, after `informative_rounds` of the policy that tells the draw from the estimate best (`informative`); or the
     best commitment under the estimate. `hand_back` says what is chosen at last: the best on average over the posterior,
     or under the estimate. `many_starts` False leaves the one ascent from the policy before. `feedback` says where r_ld
-    is read: everywhere by the model, or only along what was visited, f then using the fit.
+    is read: everywhere by the model, or only along what was visited, f then using the fit. `commitment` is in units of
+    `unit`.
     """
 
     commitment: Commitment
@@ -99,6 +100,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     feedback: Feedback = eqx.field(static=True, default="model")
     many_starts: bool = eqx.field(static=True, default=True)
     informative_rounds: int | Float[Array, ""] = 0
+    unit: float | Float[Array, ""] = 1.0
     remembered: int = eqx.field(static=True, default=50)
 
     @property
@@ -194,7 +196,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
             pool=pool,
             proposed=self.commitment.policy(proposed),
             effective_draws=effective,
-            played_loss=values[0] - values[1],
+            played_loss=self.unit * (values[0] - values[1]),
             count=state.count + 1.0,
         )
 
@@ -235,7 +237,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         logits, values = ranked(*self.search.ascend(average, Starts.plain(logits), same))
         policy = self.commitment.policy(logits[0])
         answer = respond(self.game, policy, self._reward(estimate), 1.0, self.commitment.discount).policy
-        return HandedBack(Sides(policy, answer), values[0], effective, sampled)
+        return HandedBack(Sides(policy, answer), self.unit * values[0], effective, sampled)
 
     def report(self, state: LearnerState) -> dict[str, Float[Array, ""]]:
         """How well the newest iteration went, by name."""
@@ -250,7 +252,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         if self.feedback == "model":
             return self.commitment
         fitted = self.dependent_features.payoff(accessed.solve())
-        return Commitment(self.game, fitted + self.own_reward, self.commitment.discount)
+        return Commitment(self.game, (fitted + self.own_reward) * (1.0 / self.unit), self.commitment.discount)
 
     def _objective(self, accessed: DependentFit):
         return committed(self.commitment_of(accessed), self._reward)

@@ -87,7 +87,7 @@ def test_maddpg_is_for_marl_only():
 @pytest.mark.parametrize("algorithm", ["gsiirl", "ma-irl", "marl"])
 def test_security_commits_to_a_policy_unless_it_is_told_otherwise(algorithm: str):
     full = SecurityConfig(algorithm=algorithm).resolved()  # pyright: ignore[reportArgumentType]
-    assert (full.commitment, full.lower_level, full.explore) == ("policy", "likelihood", "thompson")
+    assert (full.commitment, full.lower_level, full.explore) == ("policy", "likelihood", "informative")
     assert (full.response, full.hypergradient, full.remembered) == (None, None, None)
     assert full.resolved() == full
     assert SecurityConfig(explore="estimate").resolved().explore == "estimate"

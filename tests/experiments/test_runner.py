@@ -20,6 +20,10 @@ PROMISED = ("learned.safetensors", "learned.json", "policies.safetensors", "summ
 """Besides the metrics, what a resumed run writes byte for byte as the uninterrupted one."""
 
 
+LEARNERS = {"simple": {"explore": "estimate", "hand_back": "estimate", "starts": "one"}, "default": {}}
+"""The runner does not know what learns: quick tests take what compiles soonest."""
+
+
 def bytes_of(folder: Path) -> dict[str, bytes]:
     files = [*sorted((folder / "metrics").iterdir()), *(folder / name for name in PROMISED)]
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
@@ -28,7 +32,7 @@ def bytes_of(folder: Path) -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("runs") / "whole"
-    runner.run(tiny_config(), folder)
+    runner.run(tiny_config(**LEARNERS["simple"]), folder)
     return folder
 
 
@@ -46,12 +50,18 @@ def test_a_run_leaves_every_file_of_a_run_folder(finished):
 @pytest.mark.slow
 def test_the_same_run_again_gives_identical_bytes_and_leaves_jaxs_switches_as_they_were(finished, tmp_path):
     with jax.enable_x64(False):
-        runner.run(tiny_config(), tmp_path / "again")
+        runner.run(tiny_config(**LEARNERS["simple"]), tmp_path / "again")
         assert not jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
     assert bytes_of(tmp_path / "again") == bytes_of(finished)
 
 
-def test_an_interrupted_run_resumes_to_identical_bytes(finished, tmp_path, monkeypatch):
+@pytest.mark.parametrize("learner", ["simple", pytest.param("default", marks=pytest.mark.slow)])
+def test_an_interrupted_run_resumes_to_identical_bytes(learner, finished, tmp_path, monkeypatch):
+    config = tiny_config(**LEARNERS[learner])
+    whole = finished
+    if learner != "simple":
+        whole = tmp_path / "whole"
+        runner.run(config, whole)
     save = RunFolder.save_checkpoint
 
     def save_and_stop(*arguments: object) -> None:
@@ -60,11 +70,11 @@ def test_an_interrupted_run_resumes_to_identical_bytes(finished, tmp_path, monke
 
     monkeypatch.setattr(RunFolder, "save_checkpoint", save_and_stop)
     with pytest.raises(KeyboardInterrupt):
-        runner.run(tiny_config(), tmp_path / "cut")
+        runner.run(config, tmp_path / "cut")
     monkeypatch.undo()
     assert not (tmp_path / "cut" / "summary.json").exists()
     runner.resume(tmp_path / "cut")
-    assert bytes_of(tmp_path / "cut") == bytes_of(finished)
+    assert bytes_of(tmp_path / "cut") == bytes_of(whole)
 
 
 @pytest.mark.slow
@@ -74,7 +84,7 @@ def test_a_run_interrupted_before_its_first_checkpoint_starts_over(finished, tmp
 
     monkeypatch.setattr(RunFolder, "save_checkpoint", stop)
     with pytest.raises(KeyboardInterrupt):
-        runner.run(tiny_config(), tmp_path / "cut")
+        runner.run(tiny_config(**LEARNERS["simple"]), tmp_path / "cut")
     monkeypatch.undo()
     runner.resume(tmp_path / "cut")
     assert bytes_of(tmp_path / "cut") == bytes_of(finished)
