@@ -128,7 +128,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     @property
     def search(self) -> Search:
         """The search of one iteration."""
-        return Search(self.game, steps=60 if self.small else 40)
+        return Search(self.game, steps=60 if self.small else 20)
 
     def init(self, key: PRNGKeyArray) -> LearnerState:
         dtype = self.game.initial.dtype
@@ -171,7 +171,7 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         believed = estimate[None]
         if self.explore != "estimate":
             assert isinstance(self.lower, LikelihoodLevel), "a lower level without a posterior has no draws"
-            draws = self.lower.draws(lower, self.draws, draw_key)
+            draws = self.lower.draws(lower, self.draws if self.small else self.draws // 2, draw_key)
             chosen = jax.random.categorical(jax.random.fold_in(draw_key, 1), jnp.log(draws.weights))
             draw = draws.values[chosen]
             inference = self.lower.inference
@@ -228,7 +228,9 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
                 self.search.random(max(12, 2 * self.lanes), spread, start_key)
             )
         rounds = (6 if self.small else 4) if self.many_starts else 0
-        logits, _ = Search(self.game, steps=100).best(objective, starts, estimate, rounds, round_key)
+        logits, _ = Search(self.game, steps=100 if self.small else 40).best(
+            objective, starts, estimate, rounds, round_key
+        )
         # The last word has the average: the best few under it, some steps along it.
         few = min(8 if self.small else 4, logits.shape[0])
         if self.many_starts:

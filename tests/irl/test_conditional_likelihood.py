@@ -84,10 +84,9 @@ def test_an_episode_tells_weights_apart_by_the_expected_logarithm_of_their_ratio
 def test_the_derivatives_are_those_of_autodiff(counted) -> None:
     _, _, memory = counted
     model, weights = likelihood(), jnp.asarray(WEIGHTS)
-    at = eqx.filter_jit(model.derivatives)(weights, memory)
     value, gradient = eqx.filter_jit(model.value_and_gradient)(weights, memory)
-    np.testing.assert_allclose(at.value, value, rtol=1e-12)
-    np.testing.assert_allclose(at.gradient, gradient, atol=1e-10)
+    np.testing.assert_allclose(value, eqx.filter_jit(model.value)(weights, memory), rtol=1e-12)
+    np.testing.assert_allclose(gradient, eqx.filter_jit(model.gradient)(weights, memory), atol=1e-10)
     step = 1e-5
     for place in (0, 5, 11):
         up, down = (float(eqx.filter_jit(model.value)(weights.at[place].add(each), memory)) for each in (step, -step))
@@ -105,11 +104,11 @@ def test_the_fisher_information_is_minus_the_hessian_at_expected_counts(features
         model = likelihood(TabularFeatures(table=table, names=()))
         game = replace(GAME, expert=table @ np.asarray(weights))
     memory = remembered([expected_counts(game, policy) for policy in policies], policies, 3)
-    at = eqx.filter_jit(model.derivatives)(weights, memory)
+    fisher = eqx.filter_jit(model.fisher)(weights, memory)
     hessian = jax.jit(jax.hessian(lambda theta: sum_of(model, theta, memory)))(weights)
-    np.testing.assert_allclose(at.gradient, 0.0, atol=1e-12)
+    np.testing.assert_allclose(eqx.filter_jit(model.gradient)(weights, memory), 0.0, atol=1e-12)
     assert np.abs(hessian).max() > 0.01
-    np.testing.assert_allclose(at.fisher, -hessian, rtol=0, atol=1e-9 * np.abs(hessian).max())
+    np.testing.assert_allclose(fisher, -hessian, rtol=0, atol=1e-9 * np.abs(hessian).max())
 
 
 def sum_of(model: ConditionalLikelihood, weights: Any, memory: Memory[Seen]) -> Any:
@@ -117,10 +116,22 @@ def sum_of(model: ConditionalLikelihood, weights: Any, memory: Memory[Seen]) -> 
     return jnp.sum(jax.vmap(lambda each: model.one_value(weights, each))(memory.kept))
 
 
+def test_the_newest_interactions_have_a_fisher_information_of_their_own(counted) -> None:
+    counts, policies, memory = counted
+    fisher, weights = eqx.filter_jit(likelihood().fisher), jnp.asarray(WEIGHTS)
+    for number in (1, 2):
+        # Slot 0 holds the newest, slot 1 the oldest: that one was the first to be moved out of slot 0.
+        places = [2, 0][:number]
+        alone = remembered([counts[place] for place in places], policies[places], 4)
+        np.testing.assert_allclose(fisher(weights, memory, jnp.asarray(number)), fisher(weights, alone), atol=1e-10)
+    np.testing.assert_allclose(fisher(weights, memory, jnp.asarray(3)), fisher(weights, memory), atol=1e-10)
+    np.testing.assert_array_equal(fisher(weights, memory, jnp.asarray(0)), 0.0)
+
+
 def test_products_with_the_fisher_information_need_no_matrix(counted) -> None:
     _, _, memory = counted
     model, weights = likelihood(), jnp.asarray(WEIGHTS)
-    fisher = eqx.filter_jit(model.derivatives)(weights, memory).fisher
+    fisher = eqx.filter_jit(model.fisher)(weights, memory)
     for seed in range(3):
         vector = jax.random.normal(jax.random.key(seed), weights.shape)
         found = eqx.filter_jit(model.fisher_times)(weights, vector, memory)
@@ -130,7 +141,7 @@ def test_products_with_the_fisher_information_need_no_matrix(counted) -> None:
 def test_noise_of_the_data_has_the_fisher_information_for_its_covariance(counted) -> None:
     _, _, memory = counted
     model, weights, number = likelihood(), jnp.asarray(WEIGHTS), 20_000
-    fisher = np.asarray(eqx.filter_jit(model.derivatives)(weights, memory).fisher)
+    fisher = np.asarray(eqx.filter_jit(model.fisher)(weights, memory))
     keys = jax.random.split(jax.random.key(1), number)
     noise = np.asarray(jax.jit(lambda: jax.lax.map(lambda key: model.fisher_noise(weights, key, memory), keys))())
     # An entry's standard error is at most sqrt(2 F_ii F_jj / number).

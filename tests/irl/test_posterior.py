@@ -82,19 +82,46 @@ def test_the_estimate_is_the_maximum_and_the_prior_is_the_evidences(memory: Memo
     found = fitted(inference, memory)
     assert bool(found.converged)
     assert float(found.decrement) <= 1e-3
-    at = eqx.filter_jit(inference.likelihood.derivatives)(found.mean, memory)
+    fisher = np.asarray(eqx.filter_jit(inference.likelihood.fisher)(found.mean, memory))
+    value, gradient = eqx.filter_jit(inference.likelihood.value_and_gradient)(found.mean, memory)
     alpha, theta = float(found.prior_precision), np.asarray(found.mean)
-    precision = np.asarray(at.fisher) + alpha * np.eye(18)
+    precision = fisher + alpha * np.eye(18)
     assert found.precision is not None
     np.testing.assert_allclose(found.precision, precision, atol=1e-9)
-    slope = np.asarray(at.gradient) - alpha * theta
+    slope = np.asarray(gradient) - alpha * theta
     np.testing.assert_allclose(
         found.decrement, np.sqrt(slope @ np.linalg.solve(precision, slope)), rtol=1e-3, atol=1e-9
     )
-    np.testing.assert_allclose(found.log_density, at.value - 0.5 * alpha * theta @ theta, rtol=1e-9)
+    np.testing.assert_allclose(found.log_density, value - 0.5 * alpha * theta @ theta, rtol=1e-9)
     determined = 18 - alpha * np.trace(np.linalg.inv(precision))
     assert 0 < determined < 18
     np.testing.assert_allclose(alpha, (determined + 0.5) / (theta @ theta + 0.5 * 3.0**2), rtol=0.02)
+
+
+def test_an_old_fisher_information_leads_to_the_same_estimate(
+    memory: Memory[Seen], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inference = small_inference(1.0)
+    # Interactions one after the other, until F is not computed anew in every iteration any more.
+    seen = [jax.tree.map(lambda leaf, place=place: leaf[place], memory.kept) for place in (0, 1)]
+    monkeypatch.setattr(posterior_module, "RENEWED", 2)
+    monkeypatch.setattr(ConditionalLikelihood, "costly", True)
+    fit = eqx.filter_jit(lambda before, memory: inference.fit(before, memory, KEY))
+    growing = Memory.empty(6, seen[0])
+    stale = inference.start(jnp.dtype(float))
+    for place in (0, 1, 0, 1, 0):
+        growing = growing.remember(KEY, seen[place])
+        stale = fit(stale, growing)
+    assert bool(stale.converged)
+    monkeypatch.setattr(ConditionalLikelihood, "costly", False)
+    fresh = eqx.filter_jit(lambda before, memory: inference.fit(before, memory, jax.random.key(1)))(stale, growing)
+    assert bool(fresh.converged)
+    assert stale.precision is not None
+    assert fresh.precision is not None
+    away = np.asarray(stale.mean - fresh.mean)
+    assert np.sqrt(away @ np.asarray(fresh.precision) @ away) < 3e-3
+    np.testing.assert_allclose(stale.precision, fresh.precision, rtol=0, atol=0.1 * np.abs(fresh.precision).max())
+    assert not np.array_equal(stale.precision, fresh.precision)
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
     f(π_l; θ) = E^(π_l, π_e)[Σ_t γ^t (r_ld + r_li)],    π_e = respond(π_l, θ·φ) at temperature 1
 
-One recursion backward in t gives π_e, a second one f; the gradient by π_l goes through both.
+One recursion backward in t gives π_e and f; the gradient by π_l goes through both.
 """
 
 import equinox as eqx
@@ -10,10 +10,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from gsiirl.equilibria.response import respond
+from gsiirl.equilibria.response import respond, respond_now
 from gsiirl.games.base import AbstractTabularGame, learner_policy, uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.irl.expectations import expected_return
 from gsiirl.types import Sides
 
 
@@ -41,11 +40,18 @@ class Commitment(eqx.Module):
         The derivative through the expert's answer counts `reaction` times: 1 for that of f, 0 for a learner that takes
         the answer as given. `discount` is that of the return, the expert's own being the game's.
         """
-        answer = respond(self.game, policy, expert_reward, temperature, self.discount).policy
-        held = jax.lax.stop_gradient(answer)
-        answer = held + reaction * (answer - held)
         earned = self.discount if discount is None else discount
-        return expected_return(self.game, self.learner_reward, Sides(policy, answer), earned)
+
+        def backward(values: Sides, policy_now: Array):
+            answered = respond_now(self.game, policy_now, expert_reward, temperature, self.discount, values.expert)
+            held = jax.lax.stop_gradient(answered.policy)
+            answer = held + reaction * (answered.policy - held)
+            payoff = self.learner_reward + self.game.continuation(values.learner) * earned
+            return Sides(self.game.alive(payoff.expected(policy_now, answer)), answered.values), None
+
+        nothing = jnp.zeros_like(self.game.initial)
+        values, _ = jax.lax.scan(backward, Sides(nothing, nothing), policy, reverse=True)
+        return jnp.vdot(self.game.initial, values.learner)
 
     def range_of_answers(self, expert_reward: AbstractPayoff) -> Float[Array, ""]:
         """The largest difference between two of the expert's action values, against a learner that plays uniformly."""

@@ -19,7 +19,7 @@ from typing import TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from gsiirl.equilibria.response import respond
 from gsiirl.games.base import AbstractTabularGame
@@ -38,14 +38,6 @@ class Seen(eqx.Module):
 
     learner_policy: Float[Array, "*M T S A_l"]
     counts: Float[Array, "*M T S A_e"]
-
-
-class Derivatives(eqx.Module):
-    """ℓ with its gradient and the Fisher information at one θ."""
-
-    value: Float[Array, ""]
-    gradient: Float[Array, " m"]
-    fisher: Float[Array, "m m"]
 
 
 class ConditionalLikelihood(eqx.Module):
@@ -97,9 +89,22 @@ class ConditionalLikelihood(eqx.Module):
         """ℓ(θ) and ∇ℓ(θ)."""
         return self.over_memory(memory, lambda each: jax.value_and_grad(self.one_value)(weights, each), 16)
 
-    def derivatives(self, weights: Float[Array, " m"], memory: Memory[Seen]) -> Derivatives:
-        """ℓ, ∇ℓ and F at θ; takes memory of m² numbers and of m for every (t, s, a_e)."""
-        return self.over_memory(memory, lambda each: self._derivatives(weights, each), self.number_of_weights)
+    def fisher(
+        self, weights: Float[Array, " m"], memory: Memory[Seen], newest: Int[Array, ""] | None = None
+    ) -> Float[Array, "m m"]:
+        """F at θ of all interactions, or of the `newest` so many; takes memory of m numbers for every (t, s, a_e)."""
+        kept, number = memory.kept, memory.held
+        if newest is not None:
+            number = newest
+            counted = (jnp.arange(memory.capacity, dtype=newest.dtype) < newest).astype(kept.counts.dtype)
+            kept = Seen(kept.learner_policy, kept.counts * counted[:, None, None, None])
+        return self._over(kept, number, lambda each: self._fisher(weights, each), self.number_of_weights)
+
+    @property
+    def costly(self) -> bool:
+        """Whether F takes so long that an old one is better than none: the Jacobian fills a good part of the cache."""
+        entries = self.game.horizon * self.game.number_of_states * self.game.number_of_actions.expert
+        return entries * self.number_of_weights > BLOCK // 8
 
     def fisher_times(self, weights: Float[Array, " m"], vector: Float[Array, " m"], memory: Memory[Seen]) -> Array:
         """F v (m,), without F."""
@@ -130,47 +135,41 @@ class ConditionalLikelihood(eqx.Module):
             noise = jax.random.normal(jax.random.fold_in(key, slot), policy.shape, policy.dtype) * jnp.sqrt(policy)
             return back(jnp.sqrt(visits) * (noise - policy * jnp.sum(noise, -1, keepdims=True)))[0]
 
-        return self._over(memory, (slots, memory.kept), draw, 32)
+        return self._over((slots, memory.kept), memory.held, draw, 32)
 
     def over_memory(self, memory: Memory[Seen], function: Callable[[Seen], Total], size: int) -> Total:
         """Σ_j function(interaction j), a block of interactions at a time; `size` numbers for every (t, s, a_e)."""
-        return self._over(memory, memory.kept, function, size)
+        return self._over(memory.kept, memory.held, function, size)
 
-    def _over(self, memory: Memory[Seen], kept, function, size: int):
+    def _over(self, kept, number: Array, function, size: int):
+        """Σ function over the first `number` of `kept`; those after them in their block must count nothing."""
+        capacity = jax.tree.leaves(kept)[0].shape[0]
         entries = self.game.horizon * self.game.number_of_states * self.game.number_of_actions.expert
-        block = _divisor(memory.capacity, max(1, BLOCK // (entries * size)))
+        block = _divisor(capacity, max(1, BLOCK // (entries * size)))
         blocks = jax.tree.map(lambda leaf: leaf.reshape(-1, block, *leaf.shape[1:]), kept)
 
         def sum_of(index: Array):
             here = jax.tree.map(lambda leaf: leaf[index], blocks)
             return jax.tree.map(lambda leaf: jnp.sum(leaf, axis=0), jax.vmap(function)(here))
 
-        filled = jnp.minimum(memory.count, memory.capacity)
         nothing = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), jax.eval_shape(sum_of, 0))
-        # Slots that hold nothing yet count nothing, so that only whole blocks of them need be left out.
         return jax.lax.fori_loop(
-            0, (filled + block - 1) // block, lambda i, total: jax.tree.map(jnp.add, total, sum_of(i)), nothing
+            0, (number + block - 1) // block, lambda i, total: jax.tree.map(jnp.add, total, sum_of(i)), nothing
         )
 
     def one_value(self, weights: Float[Array, " m"], seen: Seen) -> Float[Array, ""]:
         """ℓ(θ) of one interaction."""
         return jnp.sum(seen.counts * jax.nn.log_softmax(self.action_values(weights, seen.learner_policy), axis=-1))
 
-    def _derivatives(self, weights: Array, seen: Seen) -> Derivatives:
+    def _fisher(self, weights: Array, seen: Seen) -> Float[Array, "m m"]:
         m = self.number_of_weights
         values, linear = jax.linearize(lambda theta: self.action_values(theta, seen.learner_policy), weights)
         jacobian = jax.vmap(linear)(jnp.eye(m, dtype=weights.dtype))
-        log_policy = jax.nn.log_softmax(values, axis=-1)
-        policy, visits = jnp.exp(log_policy), jnp.sum(seen.counts, axis=-1)
-        surprise = seen.counts - visits[..., None] * policy
+        policy, visits = jax.nn.softmax(values, axis=-1), jnp.sum(seen.counts, axis=-1)
         mean = jnp.einsum("mtse,tse->mts", jacobian, policy).reshape(m, -1)
         flat = jacobian.reshape(m, -1)
-        return Derivatives(
-            value=jnp.sum(seen.counts * log_policy),
-            gradient=flat @ surprise.reshape(-1),
-            fisher=(flat * (visits[..., None] * policy).reshape(1, -1)) @ flat.T
-            - (mean * visits.reshape(1, -1)) @ mean.T,
-        )
+        squares = (flat * (visits[..., None] * policy).reshape(1, -1)) @ flat.T
+        return squares - (mean * visits.reshape(1, -1)) @ mean.T
 
 
 def _divisor(number: int, limit: int) -> int:

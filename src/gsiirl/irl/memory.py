@@ -39,6 +39,11 @@ class Memory(eqx.Module, Generic[Kept]):
         return jax.tree.leaves(self.kept)[0].shape[0]
 
     @property
+    def held(self) -> Int[Array, ""]:
+        """How many interactions are held; the slots after them hold nothing yet."""
+        return jnp.minimum(self.count, self.capacity)
+
+    @property
     def filled(self) -> Bool[Array, " M"]:
         """Which slots hold an interaction."""
         return jnp.arange(self.capacity, dtype=self.count.dtype) < self.count

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Derivatives, Seen
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
 from gsiirl.irl.memory import Memory
 from gsiirl.types import AnyArray
 
@@ -25,6 +25,8 @@ DENSE = 1500
 """Above as many weights no m x m matrix is held: systems are solved by conjugate gradients."""
 MOST_STEPS = 60
 """Levenberg's steps of one fit; what has not converged then goes on in the next iteration, and says so."""
+RENEWED = 8
+"""Where the Fisher information is costly, it is computed anew in one of so many iterations, and steps of a fit."""
 FIRST_DEVIATION = 3.0
 """Standard deviation of the prior before anything was seen, in units of the temperature."""
 PRIOR_WEIGHT = 0.5
@@ -57,6 +59,14 @@ class Draws(eqx.Module):
     values: Float[Array, "K m"]
     weights: Float[Array, " K"]
     effective: Float[Array, ""]
+
+
+class Looked(eqx.Module):
+    """ℓ with its gradient and the Fisher information at one θ."""
+
+    value: Float[Array, ""]
+    gradient: Float[Array, " m"]
+    fisher: Float[Array, "m m"]
 
 
 class Inference(eqx.Module):
@@ -94,13 +104,22 @@ class Inference(eqx.Module):
         return self._fit_matrix_free(before, memory, key)
 
     def _fit_dense(self, before: Posterior, memory: Memory[Seen]) -> Posterior:
+        """Levenberg's method. Where F is costly an old one is taken on, with that of the newest interaction added."""
+        assert before.precision is not None, "a fit with matrices goes on from one with matrices"
         m, dtype = before.mean.shape[0], before.mean.dtype
         identity = jnp.eye(m, dtype=dtype)
+        costly, held = self.likelihood.costly, memory.held
+
+        def look(theta: Array, fisher: Array, newest: Array) -> Looked:
+            """ℓ and ∇ℓ at θ, and F of the `newest` interactions there: alone where these are all, else added."""
+            value, gradient = self.likelihood.value_and_gradient(theta, memory)
+            added = self.likelihood.fisher(theta, memory, newest)
+            return Looked(value, gradient, jnp.where(newest >= held, added, fisher + added))
 
         def objective(theta: Array, value: Array, alpha: Array) -> Array:
             return value - 0.5 * alpha * jnp.sum(theta**2)
 
-        def measured(theta: Array, at: Derivatives, alpha: Array) -> tuple[Array, Array]:
+        def measured(theta: Array, at: Looked, alpha: Array) -> tuple[Array, Array]:
             """The decrement, and the α that the evidence prefers here."""
             factor = jax.scipy.linalg.cho_factor(at.fisher + alpha * identity)
             gradient = at.gradient - alpha * theta
@@ -124,7 +143,11 @@ class Inference(eqx.Module):
             gradient = at.gradient - alpha * theta
             factor = jax.scipy.linalg.cho_factor(hessian + damping * unit * identity)
             candidate = jnp.where(looks, theta, theta + jax.scipy.linalg.cho_solve(factor, gradient))
-            there = self.likelihood.derivatives(candidate, memory)
+            newest = held
+            if costly:
+                anew = (held <= RENEWED) | (held % RENEWED == 0)
+                newest = jnp.where(looks, jnp.where(anew, held, 1), jnp.where(step % RENEWED == RENEWED - 1, held, 0))
+            there = look(candidate, at.fisher, newest)
             gained = objective(candidate, there.value, alpha) - objective(theta, at.value, alpha)
             # At the maximum rounding decides; a step too short to matter is taken as it is.
             short = jnp.max(jnp.abs(candidate - theta)) < 1e-9 * (1.0 + jnp.max(jnp.abs(theta)))
@@ -135,7 +158,7 @@ class Inference(eqx.Module):
             return theta, at, alpha, jnp.where(looks, damping, changed), decrement, better, step + 1
 
         zero = jnp.zeros((), dtype)
-        nothing = Derivatives(zero, jnp.zeros(m, dtype), jnp.zeros((m, m), dtype))
+        nothing = Looked(zero, jnp.zeros(m, dtype), before.precision - before.prior_precision * identity)
         start = (before.mean, nothing, before.prior_precision, jnp.asarray(1e-10, dtype), zero, zero, jnp.int32(-1))
         theta, at, alpha, _, decrement, _, steps = jax.lax.while_loop(unfinished, body, start)
         return Posterior(
