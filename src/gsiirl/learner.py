@@ -273,7 +273,10 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     def _telling(
         self, logits: Float[Array, "N T S A_l"], believed: Float[Array, "2 m"], key: PRNGKeyArray
     ) -> Float[Array, "T S A_l"]:
-        """Of these, pure and random policies, the one to which draw and estimate expect the most different answers."""
+        """The policy to which draw and estimate expect the most different answers.
+
+        By an ascent from the two best of `logits`, pure policies and random ones.
+        """
         estimate, draw = believed
         shape = logits.shape[1:]
         pure = logits_of(jnp.broadcast_to(jnp.eye(shape[-1], dtype=logits.dtype)[:, None, None], (shape[-1], *shape)))
@@ -281,7 +284,12 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         told = jax.lax.map(
             lambda each: self.lower.likelihood.discrimination(self.commitment.policy(each), draw, estimate), candidates
         )
-        return candidates[jnp.argmax(told)]
+        starts = Starts.plain(candidates[jax.lax.top_k(told, 2)[1]])
+
+        def objective(policy: Array, between: Array, temperature: Array, reaction: Array) -> Array:
+            return self.lower.likelihood.discrimination(policy, between[1], between[0])
+
+        return ranked(*self.search.ascend(objective, starts, jnp.stack([believed, believed])))[0][0]
 
     def _improved(
         self,
