@@ -48,7 +48,7 @@ READERS = {
 }
 """Who may import a standalone part."""
 
-EVERYWHERE = {"errors", "_version"}
+EVERYWHERE = {"compilation", "errors", "_version"}
 
 WITHOUT_JAX = {"__init__", "__main__", "_version", "adapters", "cli", "errors", "report", "runs", "scenarios"}
 WITHOUT_JAX_MODULES = {
