@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 import polars
-from commitment_oracle import FiniteGame
+from commitment_oracle import FiniteGame, Floats, response
 
 from gsiirl import Problem, RespondingExpert
 from gsiirl.games import TabularGame
@@ -79,6 +79,17 @@ def expert_of(of: FiniteGame, /, **changes: Any) -> RespondingExpert:
 def uniform(actions: np.ndarray) -> np.ndarray:
     """The policy that chooses every allowed action equally often."""
     return np.broadcast_to(actions / actions.sum(-1, keepdims=True), (HORIZON, *actions.shape)).copy()
+
+
+def expected_counts(game: FiniteGame, policy: Floats) -> Floats:
+    """How often the expert that answers `policy` is expected to do what, when and where, in one episode."""
+    answer, alive = response(game, policy), 1.0 - TERMINAL
+    here, found = game.initial * alive, []
+    for time in range(HORIZON):
+        found.append(here[:, None] * answer[time])
+        joint = here[:, None, None] * policy[time][:, :, None] * answer[time][:, None, :]
+        here = np.einsum("sab,sabn->n", joint, game.transitions) * alive
+    return np.array(found)
 
 
 def made_result(given: Problem | None = None, seed: int = 0) -> Result:

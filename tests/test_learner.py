@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from commitment_oracle import Batch, Floats, response
-from small_games import HORIZON, JOINT, TERMINAL, finite_game, problem_of
+from small_games import HORIZON, JOINT, expected_counts, finite_game, problem_of
 
 from gsiirl import GSIIRL
 
@@ -16,18 +16,11 @@ GAME = finite_game()
 
 def nats(policy: Floats, weights: Floats, others: Floats) -> float:
     """How far two experts' answers to a policy are apart in an episode, where the first one lives."""
-    first, second = (
-        response(replace(GAME, expert=each.reshape(JOINT) * GAME.temperature), policy) for each in (weights, others)
-    )
-    alive, total = 1.0 - TERMINAL, 0.0
-    here = GAME.initial * alive
-    for time in range(HORIZON):
-        possible = first[time] > 0
-        ratio = np.where(possible, np.log(np.where(possible, first[time] / np.maximum(second[time], 1e-300), 1.0)), 0.0)
-        total += float((here[:, None] * first[time] * ratio).sum())
-        joint = here[:, None, None] * policy[time][:, :, None] * first[time][:, None, :]
-        here = np.einsum("sab,sabn->n", joint, GAME.transitions) * alive
-    return total
+    first, second = (replace(GAME, expert=each.reshape(JOINT) * GAME.temperature) for each in (weights, others))
+    counts = expected_counts(first, policy)
+    seen = counts > 0
+    apart = np.log(response(first, policy)[seen]) - np.log(response(second, policy)[seen])
+    return float((counts[seen] * apart).sum())
 
 
 def test_what_is_played_to_learn_tells_the_draw_from_the_estimate_best() -> None:

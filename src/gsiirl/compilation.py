@@ -1,6 +1,6 @@
-"""How programs are compiled."""
+"""Options of the compiler (XLA)."""
 
 QUICKLY = {"xla_backend_optimization_level": 1}
-"""In two thirds of the time; the programs run as fast."""
+"""With these a program compiles in about two thirds of the time, and runs as fast."""
 OF_A_RUN = {"cpu": {**QUICKLY, "xla_cpu_prefer_vector_width": 512}, "gpu": {}}
-"""The programs of a run, by device. On a CPU they run as fast or faster."""
+"""Those of the programs of a run, by device. With them a run on a CPU is as fast or faster."""

@@ -17,6 +17,7 @@ from jaxtyping import Array, PyTree
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
 from gsiirl.errors import FitWarning, InputError
+from gsiirl.evaluation.result import LAST
 from gsiirl.expert import AbstractExpert, SimulatedExpert
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.tabular import whole_number
@@ -33,8 +34,6 @@ from gsiirl.types import Interaction, Sides, Trajectories
 LowerLevel = Literal["likelihood", "matching"]
 FAR = 0.1
 """Standard deviations from the maximum of the fit from which on a warning is given."""
-LAST = 10
-"""Iterations at the end whose play is looked at."""
 UNSURE = 0.05
 """Share of the largest difference of returns from which on a loss of what was played last gives a warning."""
 KEPT = 2**20

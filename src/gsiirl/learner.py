@@ -66,14 +66,13 @@ class LearnerState(eqx.Module):
 
 
 class HandedBack(eqx.Module):
-    """What the learner ends with: the policy to deploy, the response it expects, and what this was chosen by.
+    """What the learner ends with: the policy to deploy, and the response it expects.
 
-    `value` is the mean of f over the posterior; `effective_draws` those draws' worth; `sampled` whether they are
-    Hamiltonian Monte Carlo's.
+    `effective_draws` says what the draws that it was chosen by are worth; `sampled` whether they are Hamiltonian Monte
+    Carlo's.
     """
 
     policies: Policies
-    value: Float[Array, ""]
     effective_draws: Float[Array, ""]
     sampled: Bool[Array, ""]
 
@@ -236,10 +235,10 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         if self.many_starts:
             logits = jnp.concatenate([logits[:few], kept[:few]])
         same = jnp.broadcast_to(thetas[None], (logits.shape[0], *thetas.shape))
-        logits, values = ranked(*self.search.ascend(average, Starts.plain(logits), same))
+        logits, _ = ranked(*self.search.ascend(average, Starts.plain(logits), same))
         policy = self.commitment.policy(logits[0])
         answer = respond(self.game, policy, self._reward(estimate), 1.0, self.commitment.discount).policy
-        return HandedBack(Sides(policy, answer), self.unit * values[0], effective, sampled)
+        return HandedBack(Sides(policy, answer), effective, sampled)
 
     def report(self, state: LearnerState) -> dict[str, Float[Array, ""]]:
         """How well the newest iteration went, by name."""

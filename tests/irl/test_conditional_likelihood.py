@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from commitment_oracle import Batch, FiniteGame, Floats, response
-from small_games import HORIZON, JOINT, TERMINAL, finite_game, tabular
+from commitment_oracle import Batch, Floats, response
+from small_games import HORIZON, JOINT, expected_counts, finite_game, tabular
 
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
 from gsiirl.irl.memory import Memory
@@ -29,17 +29,6 @@ def likelihood(features: Any = None) -> ConditionalLikelihood:
 def some_policies(number: int) -> Floats:
     random = np.random.default_rng(5)
     return Batch(GAME).tidy(random.gamma(0.5, size=(number, HORIZON, *JOINT[:2])) + 1e-6)
-
-
-def expected_counts(game: FiniteGame, policy: Floats) -> Floats:
-    """How often the expert that answers `policy` is expected to do what, when and where, in one episode."""
-    answer, alive = response(game, policy), 1.0 - TERMINAL
-    here, found = game.initial * alive, []
-    for time in range(HORIZON):
-        found.append(here[:, None] * answer[time])
-        joint = here[:, None, None] * policy[time][:, :, None] * answer[time][:, None, :]
-        here = np.einsum("sab,sabn->n", joint, game.transitions) * alive
-    return np.array(found)
 
 
 def remembered(counts: list[Any], policies: Floats, capacity: int) -> Memory[Seen]:

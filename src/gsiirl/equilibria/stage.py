@@ -12,8 +12,8 @@ small border: two multipliers that keep the policies normalised and, along a pat
 - `_follow_branch`: pseudo-arclength continuation from the uniform policies at λ = 0 (Turocy 2005) up to the first
   crossing of the target λ; a branch that turns back on the way is flagged.
 
-Actions that may not be chosen (`allowed` False) keep the log-probability `FORBIDDEN`, have no residual and do not move;
-their columns of the linear system vanish with their probability, so that the others' equations are those without them.
+Actions that may not be chosen (`allowed` False) have the log-probability `FORBIDDEN`, so large that no step changes it.
+Their columns of the linear system vanish with their probability, so that the others' equations are those without them.
 
 Every function takes one stage game; `vmap` is outside.
 """
@@ -99,7 +99,7 @@ def differentiable_log_policies(
     frozen = jax.lax.stop_gradient(log_policies)
     residual = _residual(payoffs, frozen, 1.0 / temperature, allowed)
     held = jax.lax.stop_gradient(payoffs)
-    step = _newton_direction(held, frozen, jax.lax.stop_gradient(1.0 / temperature), residual, allowed)
+    step = _newton_direction(held, frozen, jax.lax.stop_gradient(1.0 / temperature), residual)
     return jax.tree.map(jnp.add, frozen, step)
 
 
@@ -117,8 +117,7 @@ def _residual(
     payoffs: Sides[AbstractPayoff], log_policies: Sides, inverse_temperature: Float[Array, ""], allowed: Allowed
 ) -> Sides:
     policies = jax.tree.map(jnp.exp, log_policies)
-    best = _best_response(payoffs, policies, inverse_temperature, allowed)
-    return _where_allowed(allowed, jax.tree.map(jnp.subtract, log_policies, best), 0.0)
+    return jax.tree.map(jnp.subtract, log_policies, _best_response(payoffs, policies, inverse_temperature, allowed))
 
 
 def _masked(allowed: Allowed) -> bool:
@@ -147,7 +146,6 @@ def _newton_direction(
     log_policies: Sides,
     inverse_temperature: Float[Array, ""],
     residual: Sides,
-    allowed: Allowed,
 ) -> Sides:
     """−J⁻¹ R among directions that keep both policies normalised (π_l·u = 0, π_e·v = 0)."""
     policies = jax.tree.map(jnp.exp, log_policies)
@@ -159,7 +157,6 @@ def _newton_direction(
         inverse_temperature,
         Sides(jnp.stack([-residual.learner, one_l, zero_l]), jnp.stack([-residual.expert, zero_e, one_e])),
     )
-    columns = _where_allowed(allowed, columns, 0.0)
     # u = c₀ − κ_l c₁ − κ_e c₂ with the multipliers κ from normalisation.
     on_learner = jnp.sum(columns.learner * policies.learner[None, :], axis=1)
     on_expert = jnp.sum(columns.expert * policies.expert[None, :], axis=1)
@@ -193,7 +190,7 @@ def _newton(
         return wanted & (state.size > tolerance) & (state.steps < _NEWTON_STEPS) & (state.length > 1e-6)
 
     def body(state: _Newton) -> _Newton:
-        direction = _newton_direction(payoffs, state.log_policies, inverse_temperature, state.residual, allowed)
+        direction = _newton_direction(payoffs, state.log_policies, inverse_temperature, state.residual)
         trial = _normalised(jax.tree.map(lambda w, d: w + state.length * d, state.log_policies, direction))
         residual = _residual(payoffs, trial, inverse_temperature, allowed)
         size = _size(residual)

@@ -61,7 +61,7 @@ class Draws(eqx.Module):
     effective: Float[Array, ""]
 
 
-class Looked(eqx.Module):
+class Derivatives(eqx.Module):
     """ℓ with its gradient and the Fisher information at one θ."""
 
     value: Float[Array, ""]
@@ -110,16 +110,16 @@ class Inference(eqx.Module):
         identity = jnp.eye(m, dtype=dtype)
         costly, held = self.likelihood.costly, memory.held
 
-        def look(theta: Array, fisher: Array, newest: Array) -> Looked:
+        def derivatives(theta: Array, fisher: Array, newest: Array) -> Derivatives:
             """ℓ and ∇ℓ at θ, and F of the `newest` interactions there: alone where these are all, else added."""
             value, gradient = self.likelihood.value_and_gradient(theta, memory)
             added = self.likelihood.fisher(theta, memory, newest)
-            return Looked(value, gradient, jnp.where(newest >= held, added, fisher + added))
+            return Derivatives(value, gradient, jnp.where(newest >= held, added, fisher + added))
 
         def objective(theta: Array, value: Array, alpha: Array) -> Array:
             return value - 0.5 * alpha * jnp.sum(theta**2)
 
-        def measured(theta: Array, at: Looked, alpha: Array) -> tuple[Array, Array]:
+        def measured(theta: Array, at: Derivatives, alpha: Array) -> tuple[Array, Array]:
             """The decrement, and the α that the evidence prefers here."""
             factor = jax.scipy.linalg.cho_factor(at.fisher + alpha * identity)
             gradient = at.gradient - alpha * theta
@@ -147,7 +147,7 @@ class Inference(eqx.Module):
             if costly:
                 anew = (held <= RENEWED) | (held % RENEWED == 0)
                 newest = jnp.where(looks, jnp.where(anew, held, 1), jnp.where(step % RENEWED == RENEWED - 1, held, 0))
-            there = look(candidate, at.fisher, newest)
+            there = derivatives(candidate, at.fisher, newest)
             gained = objective(candidate, there.value, alpha) - objective(theta, at.value, alpha)
             # At the maximum rounding decides; a step too short to matter is taken as it is.
             short = jnp.max(jnp.abs(candidate - theta)) < 1e-9 * (1.0 + jnp.max(jnp.abs(theta)))
@@ -158,7 +158,7 @@ class Inference(eqx.Module):
             return theta, at, alpha, jnp.where(looks, damping, changed), decrement, better, step + 1
 
         zero = jnp.zeros((), dtype)
-        nothing = Looked(zero, jnp.zeros(m, dtype), before.precision - before.prior_precision * identity)
+        nothing = Derivatives(zero, jnp.zeros(m, dtype), before.precision - before.prior_precision * identity)
         start = (before.mean, nothing, before.prior_precision, jnp.asarray(1e-10, dtype), zero, zero, jnp.int32(-1))
         theta, at, alpha, _, decrement, _, steps = jax.lax.while_loop(unfinished, body, start)
         return Posterior(
