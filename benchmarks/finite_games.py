@@ -6,6 +6,7 @@ a JSON-lines file, one a game; games that are there already are not run again.
     python benchmarks/finite_games.py random --size 3 --temperature 0.1 --games 50 --out results.jsonl
     python benchmarks/finite_games.py markov --states 4 --size 3x3 --horizon 4 --temperature 0.1 --out results.jsonl
     python benchmarks/finite_games.py public --temperature 0.1 --out results.jsonl
+    python benchmarks/finite_games.py random --learner reward --size 3 --temperature 0.4 --out earlier.jsonl
     python benchmarks/finite_games.py table results.jsonl
 """
 
@@ -22,9 +23,24 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import commitment_oracle as oracle
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optax
 import public_games
 
 import gsiirl
+from gsiirl.bilevel import Bilevel
+from gsiirl.equilibria.logit import Logit
+from gsiirl.games import DensePayoff
+from gsiirl.hypergradients import Implicit
+from gsiirl.interaction import interact
+from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps
+from gsiirl.reward_learner import RewardGSIIRL
+from gsiirl.rewards.linear import IndicatorFeatures, Linear
+
+BOUND = 1.5
+"""On every weight of the rewards that `--learner reward` learns; the games' rewards are within 1.3."""
 
 
 def games(arguments: argparse.Namespace) -> Iterator[oracle.FiniteGame]:
@@ -103,6 +119,50 @@ def run(game: oracle.FiniteGame, iterations: int, trajectories: int, settings: d
     }
 
 
+@eqx.filter_jit
+def by_reward(
+    expert: gsiirl.RespondingExpert,
+    rewards: tuple[jax.Array, jax.Array],
+    iterations: int,
+    trajectories: int,
+) -> jax.Array:
+    """The policy that a commitment to a reward ends with, given r_li and r_ld and the expert's discount and τ."""
+    own, dependent = map(DensePayoff, rewards)
+    discount, temperature = expert.discount, expert.temperature
+    states, actions, answers = rewards[1].shape
+    indicators = IndicatorFeatures(shape=(states, actions, answers))
+    reward = Linear(indicators, BOUND * indicators.number**0.5)
+    bilevel = Bilevel(expert.game, own, dependent, reward, reward, Logit(temperature), temperature, discount)
+    learner = RewardGSIIRL(
+        bilevel=bilevel,
+        inner_loop=MaximumLikelihood(temperature, constant_steps(10), optax.adam(0.02)),
+        hypergradient=Implicit(),
+        ridge=1e-3,
+        optimiser=optax.adam(lambda k: temperature / reward.scale / (1.0 + k / 20.0)),
+        remembered=16,
+        honest_start=True,
+    )
+    start, key = jax.random.split(jax.random.key(0))
+    state, _ = interact(learner, expert, learner.init(start), key, 0, iterations, trajectories, lambda *_: {})
+    return learner.propose(state).policies.learner
+
+
+def run_earlier(game: oracle.FiniteGame, iterations: int, trajectories: int) -> dict:
+    """One game by the earlier default, a commitment to a reward; it is told how large rewards can be."""
+    finite = gsiirl.games.TabularGame.from_arrays(game.transitions, initial=game.initial, horizon=game.horizon)
+    own = np.broadcast_to(game.own[:, :, None], game.dependent.shape)
+    with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+        rewards = jnp.asarray(own), jnp.asarray(game.dependent)
+        expert = gsiirl.RespondingExpert(finite, game.expert, temperature=game.temperature, discount=game.discount)
+        expert = jax.tree.map(jnp.asarray, expert)
+        began = time.perf_counter()
+        policy = np.asarray(by_reward(expert, rewards, iterations, trajectories))
+        seconds = time.perf_counter() - began
+    ceiling, _, floor = oracle.extremes(game, policies=[policy])
+    loss = 100.0 * (ceiling - oracle.learner_return(game, policy)) / max(ceiling - floor, 1e-12)
+    return {"game": game.name, "temperature": game.temperature, "loss": loss, "seconds": seconds}
+
+
 def table(rows: list[dict]) -> str:
     """Median, 90 % and worst of the losses, by kind of game and temperature."""
     groups: dict[tuple[str, float], list[dict]] = {}
@@ -112,11 +172,15 @@ def table(rows: list[dict]) -> str:
     for (kind, temperature), each in sorted(groups.items()):
         columns = []
         for name in ("loss", "played"):
-            values = [row[name] for row in each]
+            values = [row.get(name, np.nan) for row in each]
             columns.append("/".join(f"{np.quantile(values, q):.2f}" for q in (0.5, 0.9, 1.0)))
-        sharp = np.median([row["sharp_marl"] for row in each])
+        sharp = np.median([row.get("sharp_marl", np.nan) for row in each])
         seconds = np.median([row["seconds"] for row in each])
-        bad = [row["game"] for row in each if row["loss"] > min(row["simple"], row["best_played"] + 1.0) + 1e-9]
+        bad = [
+            row["game"]
+            for row in each
+            if "simple" in row and row["loss"] > min(row["simple"], row["best_played"] + 1.0) + 1e-9
+        ]
         lines.append(
             f"{kind:<16}{temperature:>6}{len(each):>4}  {columns[0]:>20}  {columns[1]:>20}  "
             f"{sharp:>12.1f}{seconds:>8.2f}"
@@ -138,6 +202,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--iterations", type=int, default=50)
     parser.add_argument("--trajectories", type=int, default=100)
+    parser.add_argument("--learner", choices=("policy", "reward"), default="policy")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
@@ -154,7 +219,10 @@ def main() -> None:
     for game in games(arguments):
         if (game.name, game.temperature) in done:
             continue
-        row = {"kind": kind, **run(game, arguments.iterations, arguments.trajectories, settings)}
+        if arguments.learner == "reward":
+            row = {"kind": kind, **run_earlier(game, arguments.iterations, arguments.trajectories)}
+        else:
+            row = {"kind": kind, **run(game, arguments.iterations, arguments.trajectories, settings)}
         with arguments.out.open("a") as stream:
             stream.write(json.dumps(row) + "\n")
 
