@@ -209,7 +209,8 @@ def main() -> None:
     if arguments.kind == "table":
         print(table([json.loads(line) for line in arguments.file.read_text().splitlines()]))
         return
-    settings = dict(each.split("=") for each in arguments.set)
+    words = {"True": True, "False": False}
+    settings = {name: words.get(value, value) for name, value in (each.split("=") for each in arguments.set)}
     kind = arguments.kind if arguments.kind == "public" else f"{arguments.kind} {arguments.size}"
     if arguments.kind == "markov":
         kind = f"markov {arguments.states} {arguments.size} {arguments.horizon}"
