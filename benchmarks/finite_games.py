@@ -80,7 +80,7 @@ def run(game: oracle.FiniteGame, iterations: int, trajectories: int, settings: d
         warnings.simplefilter("always")
         result = gsiirl.GSIIRL(problem, **settings).fit(expert, iterations, trajectories, seed=0, progress=False)
     seconds = time.perf_counter() - began
-    own = result.evaluate(game.expert)
+    own, history = result.evaluate(game.expert), result.history
     policies = [result.policy, own.ceiling_policy]
     began = time.perf_counter()
     ceiling, _, floor = oracle.extremes(game, policies=policies)
@@ -111,8 +111,7 @@ def run(game: oracle.FiniteGame, iterations: int, trajectories: int, settings: d
         "sharp_marl": percent(own.sharp_marl),
         "effective_draws": result.effective_draws,
         "sampled": result.sampled,
-        "converged": float(result.history["fit_converged"][-1]),
-        "steps": float(result.history["fit_steps"].mean()),  # pyright: ignore[reportArgumentType]
+        "converged": float(history["fit_converged"][-1]) if "fit_converged" in history.columns else np.nan,
         "warnings": len(said),
         "seconds": seconds,
         "oracle_seconds": oracle_seconds,
