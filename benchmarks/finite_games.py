@@ -26,16 +26,14 @@ import commitment_oracle as oracle
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optax
 import public_games
+import small_games
 
 import gsiirl
 from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria.logit import Logit
 from gsiirl.games import DensePayoff
-from gsiirl.hypergradients import Implicit
 from gsiirl.interaction import interact
-from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps
 from gsiirl.reward_learner import RewardGSIIRL
 from gsiirl.rewards.linear import IndicatorFeatures, Linear
 
@@ -59,22 +57,7 @@ def games(arguments: argparse.Namespace) -> Iterator[oracle.FiniteGame]:
 
 def run(game: oracle.FiniteGame, iterations: int, trajectories: int, settings: dict) -> dict:
     """One game: what the learner earns beside the oracle's ceiling and floor, in percent of what is between them."""
-    finite = gsiirl.games.TabularGame.from_arrays(
-        game.transitions,
-        initial=game.initial,
-        horizon=game.horizon,
-        learner_actions=game.learner_actions,
-        expert_actions=game.expert_actions,
-        terminal=game.terminal,
-    )
-    problem = gsiirl.Problem(
-        finite,
-        own_reward=game.own,
-        dependent_value=game.dependent,
-        discount=game.discount,
-        temperature=game.temperature,
-    )
-    expert = gsiirl.RespondingExpert(finite, game.expert, temperature=game.temperature, discount=game.discount)
+    problem, expert = small_games.problem_of(game), small_games.expert_of(game)
     began = time.perf_counter()
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
@@ -132,15 +115,7 @@ def by_reward(
     indicators = IndicatorFeatures(shape=(states, actions, answers))
     reward = Linear(indicators, BOUND * indicators.number**0.5)
     bilevel = Bilevel(expert.game, own, dependent, reward, reward, Logit(temperature), temperature, discount)
-    learner = RewardGSIIRL(
-        bilevel=bilevel,
-        inner_loop=MaximumLikelihood(temperature, constant_steps(10), optax.adam(0.02)),
-        hypergradient=Implicit(),
-        ridge=1e-3,
-        optimiser=optax.adam(lambda k: temperature / reward.scale / (1.0 + k / 20.0)),
-        remembered=16,
-        honest_start=True,
-    )
+    learner = RewardGSIIRL.create(bilevel)
     start, key = jax.random.split(jax.random.key(0))
     state, _ = interact(learner, expert, learner.init(start), key, 0, iterations, trajectories, lambda *_: {})
     return learner.propose(state).policies.learner
@@ -148,12 +123,10 @@ def by_reward(
 
 def run_earlier(game: oracle.FiniteGame, iterations: int, trajectories: int) -> dict:
     """One game by the earlier default, a commitment to a reward; it is told how large rewards can be."""
-    finite = gsiirl.games.TabularGame.from_arrays(game.transitions, initial=game.initial, horizon=game.horizon)
     own = np.broadcast_to(game.own[:, :, None], game.dependent.shape)
     with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
         rewards = jnp.asarray(own), jnp.asarray(game.dependent)
-        expert = gsiirl.RespondingExpert(finite, game.expert, temperature=game.temperature, discount=game.discount)
-        expert = jax.tree.map(jnp.asarray, expert)
+        expert = jax.tree.map(jnp.asarray, small_games.expert_of(game))
         began = time.perf_counter()
         policy = np.asarray(by_reward(expert, rewards, iterations, trajectories))
         seconds = time.perf_counter() - began

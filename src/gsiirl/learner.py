@@ -68,8 +68,8 @@ class LearnerState(eqx.Module):
 class HandedBack(eqx.Module):
     """What the learner ends with: the policy to deploy, and the response it expects.
 
-    `effective_draws` says what the draws that it was chosen by are worth; `sampled` whether they are Hamiltonian Monte
-    Carlo's.
+    The policy is chosen by draws of the posterior. `effective_draws` is their effective sample size; `sampled` says
+    whether they come from Hamiltonian Monte Carlo.
     """
 
     policies: Policies

@@ -277,5 +277,5 @@ def decaying_step(bilevel: Bilevel, step_size: float, step_decay: float) -> opta
 
     A step on θ_l changes rewards by scale times as much; what matters to a policy is that change over τ.
     """
-    first = step_size * float(bilevel.temperature) / float(bilevel.dependent_reward.scale)
+    first = step_size * bilevel.temperature / bilevel.dependent_reward.scale
     return lambda k: first / (1.0 + k / step_decay)

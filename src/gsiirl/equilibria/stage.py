@@ -13,7 +13,7 @@ small border: two multipliers that keep the policies normalised and, along a pat
   crossing of the target λ; a branch that turns back on the way is flagged.
 
 Actions that may not be chosen (`allowed` False) have the log-probability `FORBIDDEN`, so large that no step changes it.
-Their columns of the linear system vanish with their probability, so that the others' equations are those without them.
+Their probability is zero, so that they drop out of the equations of the other actions.
 
 Every function takes one stage game; `vmap` is outside.
 """
