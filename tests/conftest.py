@@ -7,6 +7,8 @@ import pytest
 from hypothesis import settings
 from jax.experimental.compilation_cache import compilation_cache
 
+from gsiirl import compilation, program_cache
+
 jax.config.update("jax_enable_x64", True)
 # A rank or a precision that changes by accident is an error, not a broadcast.
 jax.config.update("jax_numpy_rank_promotion", "raise")
@@ -20,14 +22,15 @@ settings.load_profile("gsiirl")
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _compile_once(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """What several tests compile is compiled once, in a folder of this process's own; the programs of runs too."""
-    from gsiirl import compilation
-
+def _compile_once() -> None:
+    """What one test or an earlier session has compiled is not compiled again; the programs of runs too."""
     compilation.OF_A_RUN["cpu"].clear()
+    folder = program_cache.program_folder("tests")
+    folder.mkdir(parents=True, exist_ok=True)
     compilation_cache.reset_cache()
-    jax.config.update("jax_compilation_cache_dir", str(tmp_path_factory.mktemp("compiled")))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_compilation_cache_max_size", program_cache.LARGEST)
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", program_cache.SHORTEST)
 
 
 @pytest.fixture(scope="module")

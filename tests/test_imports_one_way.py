@@ -48,9 +48,20 @@ READERS = {
 }
 """Who may import a standalone part."""
 
-EVERYWHERE = {"compilation", "errors", "_version"}
+EVERYWHERE = {"compilation", "errors", "program_cache", "_version"}
 
-WITHOUT_JAX = {"__init__", "__main__", "_version", "adapters", "cli", "errors", "report", "runs", "scenarios"}
+WITHOUT_JAX = {
+    "program_cache",
+    "__init__",
+    "__main__",
+    "_version",
+    "adapters",
+    "cli",
+    "errors",
+    "report",
+    "runs",
+    "scenarios",
+}
 WITHOUT_JAX_MODULES = {
     "gsiirl.experiments",
     "gsiirl.experiments.ablation",

@@ -18,6 +18,7 @@ from cyclopts.exceptions import (
 
 from gsiirl._version import __version__
 from gsiirl.errors import InputError
+from gsiirl.program_cache import keep_programs
 
 app = App(
     name="gsiirl",
@@ -111,6 +112,7 @@ def list_known() -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
+    keep_programs()
     try:
         status = app(sys.argv[1:] if argv is None else list(argv))
     except (InputError, CycloptsError) as error:
