@@ -64,7 +64,14 @@ def test_neither_kept_nor_damaged_programs_change_a_byte(tmp_path: Path) -> None
     settings["XDG_CACHE_HOME"] = str(tmp_path / "cache")
 
     def run(name: str, **more: str) -> dict[str, bytes]:
-        command = ["run", "security", "--graph=small-linear", "--algorithm=marl", "--seeds=1", f"--out={tmp_path / name}"]
+        command = [
+            "run",
+            "security",
+            "--graph=small-linear",
+            "--algorithm=marl",
+            "--seeds=1",
+            f"--out={tmp_path / name}",
+        ]
         subprocess.run(
             [sys.executable, "-m", "gsiirl", *command], env=settings | more, check=True, stdout=subprocess.DEVNULL
         )
