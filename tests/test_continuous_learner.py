@@ -1,5 +1,6 @@
 import dataclasses
 import inspect
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -9,9 +10,11 @@ import optax
 import pytest
 
 from gsiirl.continuous_expert import ContinuousRespondingExpert
-from gsiirl.continuous_learner import ContinuousGSIIRL, TwinBranches, first_states, reward_gap
-from gsiirl.equilibria.pathwise import Pathwise, episodes_from, policies_of
+from gsiirl.continuous_learner import ContinuousGSIIRL, GradientSteps, first_states, reward_gap
+from gsiirl.equilibria.pathwise import Pathwise, episodes_from, mean_return, policies_of
+from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.games import Crossing
+from gsiirl.games.rollout import initial_states
 from gsiirl.hypergradients import SPSA
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.rewards import crossing as rewards
@@ -22,9 +25,6 @@ pytestmark = pytest.mark.usefixtures("optax_promotion")
 
 GAME = Crossing(horizon=4)
 DISCOUNT = 0.9
-PERIOD = 2
-HONEST = 3
-PERTURBATION = 0.05
 SOLVER = Pathwise.create(GAME, discount=DISCOUNT, batch=4, hidden=4, decay_steps=100, expert_steps=1)
 DEPENDENT = LinearTransitionReward(features=rewards.RobotFeatures(), scale=8.0)
 EXPERT = LinearTransitionReward(features=rewards.HumanFeatures(), scale=10.0)
@@ -33,17 +33,18 @@ EXPERT = LinearTransitionReward(features=rewards.HumanFeatures(), scale=10.0)
 def make(**changes) -> ContinuousGSIIRL:
     settings = {
         "solver": SOLVER,
+        "responder": SOLVER,
         "own_reward": rewards.own_reward,
         "accessed": rewards.dependent_reward,
         "dependent_reward": DEPENDENT,
         "expert_reward": EXPERT,
         "inner_loop": MaximumLikelihood(1.0, constant_steps(2), optax.adam(0.01)),
-        "hypergradient": TwinBranches(PERTURBATION, PERIOD, HONEST),
+        "upper": None,
         "regularisation": 1e-6,
         "trajectories": 6,
-        "optimiser": optax.sgd(0.01),
         "solver_steps": 2,
         "model_response_steps": 2,
+        "cloning_steps": 3,
         "remembered": 3,
         "compared": 4,
         "lower_level": "played",
@@ -55,9 +56,10 @@ def make(**changes) -> ContinuousGSIIRL:
 
 PAPER = {
     "inner_loop": MaximumLikelihood(1.0, growing_steps, optax.sgd(0.02)),
-    "hypergradient": SPSA("frozen", 1.0, 1.0),
+    "upper": GradientSteps(SPSA("frozen", 1.0, 1.0), optax.sgd(0.01)),
     "remembered": 1,
     "lower_level": "equilibrium",
+    "exploring": False,
 }
 
 
@@ -131,50 +133,118 @@ def test_the_dependent_reward_is_recovered_from_the_values_read(lived):
     np.testing.assert_allclose(modelled, true, atol=5e-3)
 
 
-def test_the_commitment_is_the_fit_while_honest_and_moves_along_the_perturbation_when_a_period_ends(lived):
+def test_the_commitment_is_the_fitted_dependent_reward(lived):
     learner, states, _ = lived
-    for seed in range(2):
-        commitments = np.asarray(states.commitment[seed])
-        for iteration in range(HONEST):
-            at = jax.tree.map(lambda leaf, one=(seed, iteration): leaf[one], states)
-            np.testing.assert_allclose(commitments[iteration], learner.fitted_dependent_reward(at), atol=1e-6)
-        # The period that ends with iteration 3 is the first whose branches count.
-        moved = commitments[3] - commitments[2]
-        np.testing.assert_array_equal(commitments[4], commitments[3])
-        assert np.abs(moved).max() > 0
-        np.testing.assert_allclose(np.abs(moved), np.abs(moved).max(), rtol=1e-3)
+    for seed, iteration in np.ndindex(2, 5):
+        at = jax.tree.map(lambda leaf, one=(seed, iteration): leaf[one], states)
+        np.testing.assert_allclose(at.commitment, learner.fitted_dependent_reward(at), atol=1e-6)
 
 
 def test_the_model_that_is_played_to_explore_acts_on_no_commitment(lived):
     learner, _, seen = lived
-    state = learner.init(jax.random.key(0))
-    # One twin is then at 0 as well, and all three start alike.
-    opposite = -PERTURBATION * state.hypergradient.direction
-    state = eqx.tree_at(lambda one: one.commitment, state, opposite)
     episodes = jax.tree.map(lambda leaf: leaf[0, 0], seen)
-    after = jax.jit(learner.update)(state, learner.policy(state), episodes, jax.random.key(1))
-    for leaf in jax.tree.leaves(after.hypergradient.solutions.learner.policy):
-        np.testing.assert_array_equal(leaf[0], leaf[2])
-    weights = jax.tree.leaves(after.hypergradient.solutions.learner.policy)[0]
-    assert np.abs(weights[1] - weights[2]).max() > 0
+
+    def after(own_reward) -> Any:
+        one = dataclasses.replace(learner, own_reward=own_reward)
+        state = one.init(jax.random.key(0))
+        return jax.jit(one.update)(state, one.policy(state), episodes, jax.random.key(1))
+
+    # A learner without a reward of its own has nothing to act for, once it commits to nothing.
+    idle = after(lambda seen: 0.0 * rewards.own_reward(seen))
+    for before, moved in zip(
+        jax.tree.leaves(learner.init(jax.random.key(0)).explorer.learner.policy),
+        jax.tree.leaves(idle.explorer.learner.policy),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(before, moved)
+    assert any(
+        np.abs(one - other).max() > 0
+        for one, other in zip(
+            jax.tree.leaves(idle.solution.learner.policy), jax.tree.leaves(idle.explorer.learner.policy), strict=True
+        )
+    )
+    busy = jax.tree.leaves(after(rewards.own_reward).explorer.learner.policy)
+    assert np.abs(busy[0] - jax.tree.leaves(idle.explorer.learner.policy)[0]).max() > 0
 
 
-def test_the_modelled_expert_gets_used_to_what_was_played_before_it_is_compared():
-    learner = make(regularisation=0.0, inner_loop=MaximumLikelihood(1.0, constant_steps(1), optax.sgd(1e-3)))
+def expert_like(state, played: PolicyNetwork, reward, steps: int):
+    """Episodes of an expert that has answered `played` for `steps` steps, and its policy."""
+    used = SOLVER.respond(played, reward, state.solution.expert, jax.random.key(2), steps)
+    starts = initial_states(GAME, jax.random.key(4), 6)
+    return episodes_from(GAME, Sides(played, used.policy), starts), used.policy
+
+
+def test_a_response_starts_from_what_the_expert_was_seen_to_do_and_climbs_the_reward_it_is_given():
+    learner = make(cloning_steps=800, compared=6, model_response_steps=60, responder=SOLVER)
     state = learner.init(jax.random.key(0))
     played = SOLVER.init(jax.random.key(1)).learner.policy
-    modelled = learner.rewards(state.commitment, state.expert_parameters).expert
-    used = SOLVER.respond(played, modelled, state.solution.expert, jax.random.key(2), 100)
-    starts = first_states(jax.tree.map(lambda leaf: leaf[0], state.memory.kept.demonstrations))
-    # An expert that is as the model says, once it is used to a policy that the model never met.
-    seen = episodes_from(GAME, Sides(played, used.policy), starts)
+    seen, _ = expert_like(state, played, rewards.human_reward, 100)
+    after = jax.jit(learner.update)(state, played, seen, jax.random.key(3))
+    newest = jax.tree.map(lambda leaf: leaf[0], after.memory.kept)
+    copied = episodes_from(GAME, Sides(played, newest.clone), first_states(seen))
+    np.testing.assert_allclose(copied.actions.expert, seen.actions.expert, atol=0.05)
+    starts = first_states(seen)
 
-    def moved(steps: int) -> float:
-        one = dataclasses.replace(learner, model_response_steps=steps)
-        after = jax.jit(one.update)(state, played, seen, jax.random.key(3))
-        return float(jnp.linalg.norm(after.expert_parameters - state.expert_parameters))
+    def worth(policy) -> float:
+        return float(mean_return(rewards.human_reward, episodes_from(GAME, Sides(played, policy), starts), DISCOUNT))
 
-    assert moved(100) < 0.2 * moved(0)
+    response = learner.response(newest, rewards.human_reward, jax.random.key(5))
+    opposite = learner.response(newest, lambda seen: -rewards.human_reward(seen), jax.random.key(5))
+    assert worth(response.policy) > worth(newest.clone) - 1e-3
+    assert worth(opposite.policy) < worth(newest.clone) - 0.01
+
+
+def test_an_expert_that_has_learned_its_reward_shows_hardly_a_gap_at_it_and_a_wide_one_elsewhere():
+    # At the truth neither the expert nor what models it has much to gain, so that the lower level stands still.
+    learner = make(
+        regularisation=0.0,
+        cloning_steps=800,
+        compared=6,
+        model_response_steps=60,
+        inner_loop=MaximumLikelihood(1.0, constant_steps(1), optax.sgd(1e-3)),
+    )
+    state = learner.init(jax.random.key(0))
+    played = SOLVER.init(jax.random.key(1)).learner.policy
+
+    def moved(sign: float) -> float:
+        truth = sign * state.expert_parameters
+        seen, _ = expert_like(state, played, lambda seen: EXPERT(state.expert_parameters, seen), 400)
+        at = eqx.tree_at(lambda one: one.expert_parameters, state, truth)
+        after = jax.jit(learner.update)(at, played, seen, jax.random.key(3))
+        return float(jnp.linalg.norm(after.expert_parameters - truth))
+
+    assert moved(1.0) < 0.3 * moved(-1.0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("count", "explored"), [(3, False), (5, True)])
+def test_the_expert_of_the_model_that_was_played_does_what_the_real_one_did_where_that_earns_more(
+    lived, sign: float, count: int, explored: bool
+):
+    learner, states, seen = lived
+    still = dataclasses.replace(
+        learner, solver_steps=0, inner_loop=MaximumLikelihood(1.0, constant_steps(0), optax.sgd(0.0))
+    )
+    episodes = jax.tree.map(lambda leaf: leaf[0, 0], seen)
+    before = jax.tree.map(lambda leaf: leaf[0, -1], states)
+    before = eqx.tree_at(lambda one: one.memory.count, before, jnp.asarray(count, jnp.int32))
+    before = eqx.tree_at(lambda one: one.expert_parameters, before, replace_fn=lambda theta: sign * theta)
+    played = still.propose(before)
+    after = jax.jit(still.update)(before, played, episodes, jax.random.key(1))
+
+    def worth(policy) -> float:
+        both = episodes_from(GAME, Sides(played, policy), first_states(episodes))
+        return float(mean_return(lambda seen: EXPERT(before.expert_parameters, seen), both, DISCOUNT))
+
+    clone = jax.tree.map(lambda leaf: leaf[0], after.memory.kept.clone)
+    own, untouched = (before.explorer, before.solution) if explored else (before.solution, before.explorer)
+    found, other = (after.explorer, after.solution) if explored else (after.solution, after.explorer)
+    expected = clone if worth(clone) > worth(own.expert.policy) else own.expert.policy
+    for one, wanted in (
+        *zip(jax.tree.leaves(found.expert.policy), jax.tree.leaves(expected), strict=True),
+        *zip(jax.tree.leaves(other.expert.policy), jax.tree.leaves(untouched.expert.policy), strict=True),
+    ):
+        np.testing.assert_array_equal(one, wanted)
 
 
 @pytest.mark.parametrize("exploring", [False, True])
@@ -183,24 +253,13 @@ def test_who_explores_acts_for_the_own_reward_alone_in_every_third_interaction(l
     learner = make(exploring=exploring)
     for count in range(6):
         at = jax.tree.map(lambda leaf: leaf[0, -1], states)
+        at = at if exploring else dataclasses.replace(at, explorer=None)
         at = eqx.tree_at(lambda one: one.memory.count, at, jnp.asarray(count, jnp.int32))
         expected = learner.policy(at)
         if exploring and count % 3 == 2:
-            expected = jax.tree.map(lambda leaf: leaf[2], at.hypergradient.solutions.learner.policy)
+            expected = at.explorer.learner.policy
         for found, wanted in zip(jax.tree.leaves(learner.propose(at)), jax.tree.leaves(expected), strict=True):
             np.testing.assert_array_equal(found, wanted)
-
-
-def test_the_model_that_acts_for_the_own_reward_alone_goes_on_when_the_twins_begin_anew(lived):
-    _, states, _ = lived
-    weights = np.asarray(jax.tree.leaves(states.hypergradient.solutions.learner.policy)[0][0])
-    model = np.asarray(jax.tree.leaves(states.solution.learner.policy)[0][0])
-    # A period ends with iterations 1 and 3, before the pair moves on.
-    for iteration in (1, 3):
-        np.testing.assert_array_equal(weights[iteration, 0], model[iteration - 1])
-        np.testing.assert_array_equal(weights[iteration, 1], model[iteration - 1])
-        assert np.abs(weights[iteration, 2] - model[iteration - 1]).max() > 0
-    assert np.abs(np.diff(weights[:, 2], axis=0)).max(axis=tuple(range(1, weights.ndim - 1))).min() > 0
 
 
 def test_parameters_stay_in_the_unit_ball(lived):
@@ -215,18 +274,6 @@ def test_vmapped_seeds_equal_looped_seeds(lived):
     alone, _ = jax.jit(lambda seed: live(learner, seed, 5))(jnp.asarray(1))
     for name in ("commitment", "expert_parameters"):
         np.testing.assert_allclose(getattr(states, name)[1], getattr(alone, name), atol=1e-4)
-
-
-@pytest.mark.slow
-def test_a_modelled_expert_that_matches_leaves_the_parameters_where_they_are():
-    learner = make(regularisation=0.0, model_response_steps=0)
-    state = learner.init(jax.random.key(0))
-    # The memory of a new learner is the modelled expert itself, so that there is nothing to learn from it.
-    starts = first_states(jax.tree.map(lambda leaf: leaf[0], state.memory.kept.demonstrations))
-    seen = episodes_from(GAME, policies_of(state.solution), starts)
-    still = eqx.tree_at(lambda one: one.inner_loop, learner, MaximumLikelihood(1.0, constant_steps(1), optax.sgd(1.0)))
-    after = jax.jit(lambda: still.update(state, learner.propose(state), seen, jax.random.key(1)))()
-    np.testing.assert_allclose(after.expert_parameters, state.expert_parameters, atol=1e-6)
 
 
 @pytest.mark.slow

@@ -1,10 +1,12 @@
 """Compiled programs are kept between commands, and change no figure."""
 
 import os
+import platform
 import subprocess
 import sys
 from pathlib import Path
 
+import platformdirs
 import pytest
 
 from gsiirl import program_cache
@@ -24,7 +26,7 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         # Set first, so that what the test sets is taken back.
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
-    monkeypatch.setattr(program_cache.platformdirs, "user_cache_path", lambda name: tmp_path / name)
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / name)
     return tmp_path
 
 
@@ -40,7 +42,7 @@ def test_programs_are_kept_in_a_folder_of_this_processor_and_of_bounded_size(els
 def test_another_processor_has_another_folder(elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     here = program_cache.program_folder()
     assert program_cache.program_folder() == here
-    monkeypatch.setattr(program_cache.platform, "processor", lambda: "another one")
+    monkeypatch.setattr(platform, "processor", lambda: "another one")
     assert program_cache.program_folder() != here
 
 

@@ -4,35 +4,29 @@ For k = 0, …, K − 1, with the forward model a pair of networks π(k) that go
 
     D_k        ← the expert's demonstrations while the learner plays π_l(k)       line 4, into the memory
     θ_e(k+1)   ← t_k projected steps along −((μ_e(π') − μ̂_e(D)) + λθ_e)           lines 5-9
-    g          ← ∇f at (θ_l(k), θ_e(k+1))                                         lines 11-14
-    θ_l(k+1)   ← Proj(θ_l(k) + step of g)                                         line 15
+    θ_l(k+1)   ← the r_ld fitted to the values read (in `paper`: a step along ∇f) lines 11-15
     π(k+1)     ← `solver_steps` steps of the forward model at (θ_l(k+1), θ_e(k+1)), from π(k)
 
 Deterministic policies have no likelihood: Lemma 1's gradient is then that of feature matching, with
 μ(π) = E[Σ_t γ^t ∇_θ r^θ] in units of `expert_reward.scale`. π' is by `lower_level`
 
-* `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction. In every
-  iteration each response starts anew from the forward model's expert, gets used to π_l, and then takes one step of
-  ascent for each step of θ_e. (Kept from one iteration to the next it would go on as an earlier θ_e had it, wherever
-  the present one hardly cares.)
+* `played`: (π_l as it was played, the modelled expert's response to it), for every remembered interaction. A response
+  starts anew in every iteration from a *clone*, a network that was trained to do what the expert was seen to do against
+  π_l. It climbs for some steps under r^θ_e, and then by one more for each step of θ_e. At the true reward a clone has
+  nothing to gain, so that the gap vanishes there, however little either expert has trained.
 * `equilibrium` (the paper's line 6): the forward model, for the newest demonstrations.
 
-A policy network needs many steps to settle, so that what a change of θ_l is worth shows late: at first it only costs,
-since π_l leaves its best response before the expert has moved. `TwinBranches` therefore keeps two more forward models,
-at θ_l ± pΔ, that go on beside π(k) for `period` iterations; then f at them gives a step along Δ, and they start anew
-with another Δ. For the first `honest_iterations` θ_l is the r_ld fitted to the values read: while models still lose
-their way at times, what the two earn says little of Δ.
+With `played` the forward model's expert goes on from the newest clone where that earns more under r^θ_e than where it
+was: a game may have several equilibria (who lets whom pass), and the model must be at the one that is played.
 
-An expert that is only ever met by the policy that the model holds for best need never show that it would answer another
-one otherwise than the model says. With `exploring` the learner plays, in every third interaction, the policy of a third
-forward model beside the branches, at θ_l = 0. It acts for r_li alone, neither spares the expert nor hides from it, and
-sees what the expert makes of that.
+With `exploring` the learner plays, in every third interaction, the policy of a second forward model at θ_l = 0, which
+acts for r_li alone. An expert that only meets the policy that the model holds for best need never show that it would
+answer another one otherwise.
 
-μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so what is left of the
+μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so that what is left of the
 difference is how the modelled expert differs from the real one, and not which episodes were drawn.
 """
 
-from dataclasses import replace
 from typing import Any, Literal
 
 import equinox as eqx
@@ -53,6 +47,7 @@ from gsiirl.equilibria.pathwise import (
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.games.rollout import initial_states
 from gsiirl.hypergradients import AbstractEstimator, BilevelProblem
+from gsiirl.irl.cloning import cloned
 from gsiirl.irl.dependent_reward import LeastSquares
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood
 from gsiirl.irl.memory import Memory
@@ -67,44 +62,57 @@ Remembering = Literal["latest", "uniform"]
 
 
 class Lived(eqx.Module):
-    """One interaction: the policy played, and what was seen (axes d, T)."""
+    """One interaction: the policy played, what was seen (axes d, T), and a network that does what the expert did."""
 
     learner_policy: PolicyNetwork
     demonstrations: Transition
+    clone: PolicyNetwork
 
 
-class TwinBranches(eqx.Module):
-    """∇f by simultaneous perturbation (Spall 1992), from forward models that stay perturbed for `period` iterations.
+class GradientSteps(eqx.Module):
+    """The paper's upper level: steps of ascent of θ_l along an estimate of ∇f, in the unit ball."""
 
-    In the first `honest_iterations` it is not followed.
-    """
+    estimator: AbstractEstimator
+    optimiser: optax.GradientTransformation = eqx.field(static=True)
 
-    perturbation: float
-    period: int = eqx.field(static=True)
-    honest_iterations: int = eqx.field(static=True)
+    def init(self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> tuple[Any, optax.OptState]:
+        """What the estimator and the optimiser remember before the first step."""
+        return self.estimator.init(expert_parameters), self.optimiser.init(commitment)
 
-
-class Branches(eqx.Module):
-    """The forward models at θ_l + pΔ, at θ_l − pΔ and, to explore by, at 0, along a leading axis; and Δ ∈ {−1, 1}^n."""
-
-    direction: Float[Array, " n"]
-    solutions: Sides[Ascent]
+    def step(
+        self,
+        problem: BilevelProblem,
+        commitment: Float[Array, " n"],
+        expert_parameters: Float[Array, " m"],
+        remembered: tuple[Any, optax.OptState],
+        key: PRNGKeyArray,
+        iteration: Int[Array, ""],
+    ) -> tuple[Float[Array, " n"], tuple[Any, optax.OptState]]:
+        """θ_l after a step, and what is remembered then."""
+        estimating, optimising = remembered
+        estimate, estimating = self.estimator.estimate(
+            problem, commitment, expert_parameters, estimating, key, iteration
+        )
+        step, optimising = self.optimiser.update(-estimate.value, optimising, commitment)
+        stepped = optax.projections.projection_l2_ball(optax.apply_updates(commitment, step), 1.0)
+        return stepped, (estimating, optimising)
 
 
 class ContinuousState(eqx.Module):
     """What the learner carries from one iteration to the next.
 
-    `commitment` θ_l is the reward to act on; `solution` the forward model at (θ_l, θ_e).
+    `commitment` θ_l is the reward to act on; `solution` the forward model at (θ_l, θ_e); `explorer`, of a learner that
+    explores, the one at (0, θ_e). `upper` is what `GradientSteps` remember.
     """
 
     commitment: Float[Array, " n"]
     expert_parameters: Float[Array, " m"]
     solution: Sides[Ascent]
+    explorer: Sides[Ascent] | None
     memory: Memory[Lived]
     accessed: LeastSquares
-    upper_optimiser: optax.OptState
+    upper: tuple[Any, optax.OptState] | None
     lower_optimiser: optax.OptState
-    hypergradient: Any
 
 
 class ContinuousGSIIRL(eqx.Module):
@@ -112,21 +120,23 @@ class ContinuousGSIIRL(eqx.Module):
 
     `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, in
     every step over another `compared` of the episodes of each; `remembering` says which these are. The modelled expert
-    gets used to what was played for `model_response_steps` steps, of as many new episodes, before it is compared.
+    responds to what was played for `model_response_steps` steps, of as many new episodes, before it is compared; its
+    clone is trained for `cloning_steps`. Without `upper` θ_l is the fitted r_ld.
     """
 
     solver: Pathwise
+    responder: Pathwise
     own_reward: TransitionReward
     accessed: TransitionReward
     dependent_reward: LinearTransitionReward
     expert_reward: AbstractTransitionReward
     inner_loop: MaximumLikelihood
-    hypergradient: AbstractEstimator | TwinBranches
+    upper: GradientSteps | None
     regularisation: float
     trajectories: int = eqx.field(static=True)
-    optimiser: optax.GradientTransformation = eqx.field(static=True)
     solver_steps: int = eqx.field(static=True)
     model_response_steps: int = eqx.field(static=True)
+    cloning_steps: int = eqx.field(static=True)
     remembered: int = eqx.field(static=True)
     compared: int = eqx.field(static=True)
     lower_level: LowerLevel = eqx.field(static=True)
@@ -145,13 +155,11 @@ class ContinuousGSIIRL(eqx.Module):
             commitment=commitment,
             expert_parameters=expert_parameters,
             solution=solution,
-            memory=Memory.empty(self.remembered, Lived(solution.learner.policy, episodes)),
+            explorer=solution if self.exploring else None,
+            memory=Memory.empty(self.remembered, Lived(solution.learner.policy, episodes, solution.expert.policy)),
             accessed=LeastSquares.empty(commitment.shape[0], commitment.dtype),
-            upper_optimiser=self.optimiser.init(commitment),
+            upper=None if self.upper is None else self.upper.init(commitment, expert_parameters),
             lower_optimiser=self.inner_loop.optimiser.init(expert_parameters),
-            hypergradient=Branches(jnp.ones_like(commitment), repeated(solution, 3 if self.exploring else 2))
-            if isinstance(self.hypergradient, TwinBranches)
-            else self.hypergradient.init(expert_parameters),
         )
 
     def policy(self, state: ContinuousState) -> PolicyNetwork:
@@ -160,26 +168,22 @@ class ContinuousGSIIRL(eqx.Module):
 
     def propose(self, state: ContinuousState) -> PolicyNetwork:
         """The policy that the learner wants to play next: its own, or at times, if it explores, that for r_li alone."""
-        if not self._may_explore:
+        if state.explorer is None:
             return self.policy(state)
-        alone = jax.tree.map(lambda leaf: leaf[2], state.hypergradient.solutions.learner.policy)
-        return chosen(self.explores(state), alone, self.policy(state))
+        return chosen(self.explores(state), state.explorer.learner.policy, self.policy(state))
 
     def explores(self, state: ContinuousState) -> Bool[Array, ""]:
         """Whether what it wants to play next is not its own policy."""
-        return (state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1) & self._may_explore
-
-    @property
-    def _may_explore(self) -> bool:
-        return self.exploring and isinstance(self.hypergradient, TwinBranches)
+        return (state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1) & self.exploring
 
     def update(
         self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray
     ) -> ContinuousState:
         """One iteration of learning from one interaction; the expert's reward is not among what is passed."""
         memory_key, lower_key, upper_key, forward_key = jax.random.split(key, 4)
+        clone_key, explorer_key = jax.random.split(jax.random.fold_in(key, 4))
         iteration = state.memory.count
-        newest = Lived(learner_policy, demonstrations)
+        newest = Lived(learner_policy, demonstrations, self._cloned(state, demonstrations, clone_key))
         if self.remembering == "latest":
             memory = state.memory.remember_latest(newest)
         else:
@@ -187,26 +191,25 @@ class ContinuousGSIIRL(eqx.Module):
         expert_parameters, lower_optimiser = self._lower(state, memory, lower_key, iteration)
         accessed = self._read(state.accessed, demonstrations)
         fitted = accessed.solve(self.regularisation)
-        if isinstance(self.hypergradient, TwinBranches):
-            commitment, upper_optimiser, hypergradient = self._upper_by_branches(
-                self.hypergradient, state, expert_parameters, fitted, demonstrations, upper_key, iteration
-            )
-        else:
+        commitment, upper = fitted, None
+        if self.upper is not None and state.upper is not None:
             problem = self._problem(state.solution, fitted, demonstrations, upper_key)
-            estimate, hypergradient = self.hypergradient.estimate(
-                problem, state.commitment, expert_parameters, state.hypergradient, upper_key, iteration
+            commitment, upper = self.upper.step(
+                problem, state.commitment, expert_parameters, state.upper, upper_key, iteration
             )
-            commitment, upper_optimiser = self._stepped(state, estimate.value)
-        solution, _ = self._ascend(state.solution, commitment, expert_parameters, forward_key)
+        solution, explorer = self._as_seen(state, newest, expert_parameters)
+        if explorer is not None:
+            explorer, _ = self._ascend(explorer, jnp.zeros_like(fitted), expert_parameters, explorer_key)
+        solution, _ = self._ascend(solution, commitment, expert_parameters, forward_key)
         return ContinuousState(
             commitment=commitment,
             expert_parameters=expert_parameters,
             solution=solution,
+            explorer=explorer,
             memory=memory,
             accessed=accessed,
-            upper_optimiser=upper_optimiser,
+            upper=upper,
             lower_optimiser=lower_optimiser,
-            hypergradient=hypergradient,
         )
 
     def fitted_dependent_reward(self, state: ContinuousState) -> Float[Array, " n"]:
@@ -220,54 +223,32 @@ class ContinuousGSIIRL(eqx.Module):
             lambda seen: self.expert_reward(expert_parameters, seen),
         )
 
+    def _as_seen(
+        self, state: ContinuousState, newest: Lived, expert_parameters: Array
+    ) -> tuple[Sides[Ascent], Sides[Ascent] | None]:
+        """The forward models; the expert of the one that was played does what the real one did, where that is better.
+
+        Better under the modelled reward, over the episodes that were seen.
+        """
+        if self.lower_level == "equilibrium":
+            return state.solution, state.explorer
+        explored, starts = self.explores(state), first_states(newest.demonstrations)
+
+        def worth(policy: PolicyNetwork) -> Array:
+            episodes = episodes_from(self.solver.game, Sides(newest.learner_policy, policy), starts)
+            return mean_return(lambda seen: self.expert_reward(expert_parameters, seen), episodes, self.solver.discount)
+
+        def seen(model: Sides[Ascent], played: Bool[Array, ""]) -> Sides[Ascent]:
+            better = played & (worth(newest.clone) > worth(model.expert.policy))
+            policy = chosen(better, newest.clone, model.expert.policy)
+            return Sides(model.learner, Ascent(policy, model.expert.optimiser))
+
+        return seen(state.solution, ~explored), None if state.explorer is None else seen(state.explorer, explored)
+
     def _ascend(
         self, solution: Sides[Ascent], commitment: Array, expert_parameters: Array, key: PRNGKeyArray
     ) -> tuple[Sides[Ascent], Any]:
         return self.solver.ascend(solution, self.rewards(commitment, expert_parameters), key, self.solver_steps)
-
-    def _stepped(self, state: ContinuousState, gradient: Float[Array, " n"]) -> tuple[Array, optax.OptState]:
-        """θ_l after a projected step of ascent along ∇f, and the optimiser's state."""
-        step, optimiser = self.optimiser.update(-gradient, state.upper_optimiser, state.commitment)
-        return optax.projections.projection_l2_ball(optax.apply_updates(state.commitment, step), 1.0), optimiser
-
-    def _upper_by_branches(
-        self,
-        settings: TwinBranches,
-        state: ContinuousState,
-        expert_parameters: Array,
-        fitted: Array,
-        demonstrations: Transition,
-        key: PRNGKeyArray,
-        iteration: Int[Array, ""],
-    ) -> tuple[Array, optax.OptState, Branches]:
-        """θ_l, the optimiser's state and the branches after this iteration.
-
-        θ_l is the fit in the honest iterations; then it moves where a period ends.
-        """
-        ascent_key, direction_key = jax.random.split(key)
-        branches: Branches = state.hypergradient
-        offset = settings.perturbation * branches.direction
-        commitments = jnp.stack([state.commitment + offset, state.commitment - offset])
-        if self.exploring:
-            commitments = jnp.concatenate([commitments, jnp.zeros_like(offset)[None]])
-
-        def on(solution: Sides[Ascent], commitment: Array) -> tuple[Sides[Ascent], Array]:
-            # The same key for all: what differs between them is θ_l alone.
-            after, _ = self._ascend(solution, commitment, expert_parameters, ascent_key)
-            episodes = episodes_from(self.solver.game, policies_of(after), first_states(demonstrations))
-            honest = self.rewards(fitted, expert_parameters).learner
-            return after, mean_return(honest, episodes, self.solver.discount)
-
-        solutions, values = jax.vmap(on)(branches.solutions, commitments)
-        slope = (values[0] - values[1]) / (2.0 * settings.perturbation)
-        stepped = self._stepped(state, slope * branches.direction)
-        is_honest, ends = iteration < settings.honest_iterations, (iteration + 1) % settings.period == 0
-        commitment, optimiser = chosen(ends & ~is_honest, stepped, (state.commitment, state.upper_optimiser))
-        direction = jax.random.rademacher(direction_key, branches.direction.shape, branches.direction.dtype)
-        begun = jax.tree.map(lambda old, new: old.at[:2].set(new), solutions, state.solution)
-        renewed = Branches(direction, begun)
-        kept = Branches(branches.direction, solutions)
-        return jnp.where(is_honest, fitted, commitment), optimiser, chosen(ends, renewed, kept)
 
     def _lower(
         self, state: ContinuousState, memory: Memory[Lived], key: PRNGKeyArray, iteration: Int[Array, ""]
@@ -290,11 +271,6 @@ class ContinuousGSIIRL(eqx.Module):
         used_key, fit_key = jax.random.split(key)
         modelled = self.rewards(state.commitment, state.expert_parameters).expert
 
-        responder = replace(self.solver, batch=self.compared)
-
-        def used_to(played: PolicyNetwork) -> Ascent:
-            return responder.respond(played, modelled, state.solution.expert, used_key, self.model_response_steps)
-
         def one_played_step(number: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
             (theta, optimiser), responses = carry
             draw = jax.random.fold_in(fit_key, number)
@@ -308,7 +284,7 @@ class ContinuousGSIIRL(eqx.Module):
             gap = jnp.mean(gaps, axis=0, where=memory.filled[:, None])
             return self._fitted(gap, theta, optimiser), responses
 
-        responses = jax.vmap(used_to)(memory.kept.learner_policy)
+        responses = jax.vmap(lambda lived: self.response(lived, modelled, used_key))(memory.kept)
         return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_played_step, (fitting, responses))[0]
 
     def _fitted(self, gap: Array, theta: Array, optimiser: optax.OptState) -> tuple[Array, optax.OptState]:
@@ -326,7 +302,22 @@ class ContinuousGSIIRL(eqx.Module):
             return mean_return(lambda seen: self.expert_reward(theta, seen), episodes, self.solver.discount), episodes
 
         gradient, episodes = jax.grad(value, has_aux=True)(response.policy)
-        return self._gap(theta, episodes, demonstrations), self.solver.responded(response, gradient)
+        return self._gap(theta, episodes, demonstrations), self.responder.responded(response, gradient)
+
+    def response(self, lived: Lived, reward: TransitionReward, key: PRNGKeyArray) -> Ascent:
+        """The modelled expert's response under `reward` to what was played, from what it was seen to do."""
+        start = self.responder.init_at(Sides(lived.learner_policy, lived.clone)).expert
+        return self.responder.respond(lived.learner_policy, reward, start, key, self.model_response_steps)
+
+    def _cloned(self, state: ContinuousState, demonstrations: Transition, key: PRNGKeyArray) -> PolicyNetwork:
+        """A network that does what the expert did, trained on from the one of the interaction before."""
+        if self.lower_level == "equilibrium":
+            return state.solution.expert.policy
+        observations = jax.vmap(jax.vmap(self.solver.game.observe))(demonstrations.state).expert
+        start = jax.tree.map(lambda leaf: leaf[0], state.memory.kept.clone)
+        return cloned(
+            start, observations, demonstrations.actions.expert, key, steps=self.cloning_steps, episodes=self.compared
+        )
 
     def _gap(self, theta: Array, modelled: Transition, demonstrated: Transition) -> Float[Array, " m"]:
         return reward_gap(self.expert_reward, theta, modelled, demonstrated, self.solver.discount)
@@ -354,11 +345,6 @@ class ContinuousGSIIRL(eqx.Module):
             )
 
         return BilevelProblem(evaluate=evaluate, regularisation=self.regularisation)
-
-
-def repeated(tree: PyTree, number: int) -> PyTree:
-    """`number` copies, along a leading axis."""
-    return jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (number, *leaf.shape)), tree)
 
 
 def chosen(condition: Bool[Array, ""], one: PyTree, other: PyTree) -> PyTree:

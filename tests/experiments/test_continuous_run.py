@@ -31,8 +31,7 @@ TINY: dict[str, Any] = {
     "maddpg_episodes": 1,
     "evaluation_episodes": 8,
     "hidden": 4,
-    "period": 1,
-    "honest_iterations": 1,
+    "cloning_steps": 3,
 }
 
 
@@ -68,7 +67,7 @@ def test_a_run_of_the_crossing_records_what_its_report_shows(crossing):
         *("collision_rate", "goal_rate_robot", "goal_rate_human", "human_goal_error"),
         *("truth_collision_rate", "truth_goal_rate_robot", "truth_goal_rate_human"),
         *("expert_reward_pearson", "expert_reward_epic", "dependent_reward_pearson", "expert_trajectories"),
-        *("feature_gap", "feature_gap_noise"),
+        *("expert_reward_pearson_played", "feature_gap", "feature_gap_noise"),
     }
     assert shown <= set(metrics.columns)
     assert metrics["iteration"].to_list() == [*range(4)] * 2
@@ -130,7 +129,6 @@ def test_marl_runs_to_its_end_and_says_how_far_it_can_be_exploited(tmp_path):
         {"algorithm": "ma-irl"},
         {"algorithm": "marl"},
         {"algorithm": "marl", "solver": "maddpg"},
-        {"hypergradient": "direct"},
         {"reward": "network"},
     ],
     ids=lambda changes: "-".join(changes.values()),

@@ -174,6 +174,17 @@ def test_on_the_sphere_a_short_vector_is_made_as_long_as_a_long_one():
     level = MaximumLikelihood(1.0, constant_steps(1), optax.sgd(1.0), on_sphere=True)
     for start in ([0.01, 0.0], [3.0, 0.0]):
         theta = jnp.asarray(start)
-        gradient = theta - jnp.asarray([0.3, 0.4]) * jnp.linalg.norm(theta)
+        gradient = -jnp.asarray([0.0, 4.0 / 3.0]) * jnp.linalg.norm(theta)
         stepped, _ = level.step(gradient, theta, level.optimiser.init(theta))
         np.testing.assert_allclose(stepped, [0.6, 0.8], rtol=1e-12)
+
+
+def test_on_the_sphere_what_changes_the_length_alone_moves_nothing():
+    # Clipped, as Adam's are, steps say how long the gradient is taken to be.
+    level = MaximumLikelihood(1.0, constant_steps(1), optax.chain(optax.clip(1.0), optax.sgd(0.1)), on_sphere=True)
+    at, across = jnp.asarray([0.6, 0.8, 0.0]), jnp.asarray([0.8, -0.6, 1.0])
+    start = level.optimiser.init(at)
+    plain, _ = level.step(across, at, start)
+    longer, _ = level.step(across + 30.0 * at, at, start)
+    np.testing.assert_allclose(longer, plain, atol=1e-6)
+    assert float(jnp.linalg.norm(plain - at)) > 0.01

@@ -16,6 +16,7 @@ from jaxtyping import Array, PRNGKeyArray
 
 from gsiirl.continuous_learner import first_states, reward_gap
 from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from, policies_of
+from gsiirl.irl.maximum_likelihood import across
 from gsiirl.rewards.continuous import AbstractTransitionReward
 from gsiirl.types import Sides, Transition
 
@@ -71,7 +72,8 @@ class ContinuousMAIRL(eqx.Module):
                 return reward_gap(reward, theta, episodes, demonstrations, discount) + self.regularisation * theta
 
             gradients: Any = Sides(
-                gradient(self.rewards.learner, parameters.learner), gradient(self.rewards.expert, parameters.expert)
+                gradient(self.rewards.learner, parameters.learner),
+                across(gradient(self.rewards.expert, parameters.expert), parameters.expert),
             )
             step, optimiser = self.optimiser.update(gradients, optimiser, parameters)
             moved: Any = optax.apply_updates(parameters, step)

@@ -1,7 +1,6 @@
 """What the configurations of the experiments with continuous states have in common."""
 
-from dataclasses import replace
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -29,12 +28,6 @@ class ContinuousConfig:
     """`responding`: the expert plays its best response to the policy the learner plays."""
     reward: Literal["linear", "network"] = "linear"
     """What the learned reward of the expert is made of: weights of fixed features, or a small network of them."""
-    response: Literal["well_specified", "frozen"] | None = None
-    """What the hypergradient takes for the expert's response: `well_specified` (default) or `frozen` (paper)."""
-    hypergradient: Literal["branches", "spsa", "direct"] | None = None
-    """Estimator of the hypergradient: `branches` (default), by differences of two forward models that stay perturbed
-    for `period` iterations; `spsa` (paper), by differences after `solver_steps` steps; `direct`, by derivatives of
-    these steps."""
     seeds: int = Field(default=10, ge=1)
     """Number of seeds."""
     first_seed: int = Field(default=0, ge=0)
@@ -53,35 +46,28 @@ class ContinuousConfig:
     """Projected steps on the expert's parameters in each iteration (not in paper: t_k = ceil((k+1)^(1/4)/2))."""
     first_inner_steps: int = Field(default=300, ge=1)
     """As many in the first iteration, before the policies move."""
-    inner_step_size: float = Field(default=0.01, gt=0)
-    """First step of the lower level, in the unit ball."""
-    step_decay: float = Field(default=20.0, gt=0)
+    inner_step_size: float = Field(default=0.03, gt=0)
+    """First step of the lower level, in the unit ball; of `gsiirl` and `ma-irl`."""
+    gradient_step_size: float = Field(default=0.01, gt=0)
+    """Step of the lower level of `paper`, in units of the gap."""
+    step_decay: float = Field(default=8.0, gt=0)
     """How fast the lower level's step falls: after n steps, those of the first iteration too, it is
     1 / (1 + n / (step_decay inner_steps)) of the first (not in paper)."""
-    square_decay: float = Field(default=0.999, ge=0, lt=1)
+    square_decay: float = Field(default=0.99, ge=0, lt=1)
     """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2); of `gsiirl`
     and `ma-irl`."""
-    step_size: float = Field(default=0.02, gt=0)
-    """Step of the upper level on the gradient of the learner's return, clipped to norm 1, in the unit ball (not in
-    paper)."""
-    period: int = Field(default=10, ge=1)
-    """Iterations for which `branches` keeps its perturbation."""
-    honest_iterations: int = Field(default=10, ge=0)
-    """Iterations for which, with `branches`, the commitment is the reward fitted to the values read."""
     smoothness: float = Field(default=10.0, gt=0)
     """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
-    remembered: int | None = Field(default=None, ge=1)
+    remembered: int = Field(default=16, ge=1)
     """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
-    default 16 (paper 1)."""
+    `paper` has the newest alone."""
     remembering: Literal["latest", "uniform"] = "latest"
     """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
     compared: int = Field(default=25, ge=1)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
     exploring: bool = False
-    """Of `gsiirl` with `branches` as the hypergradient: play, in every third interaction, to see more, a policy that
-    acts for the learner's own reward alone."""
-    perturbation: float | None = Field(default=None, gt=0)
-    """First perturbation of the commitment in the unit ball; default 0.1 (paper 1)."""
+    """Of `gsiirl`: play, in every third interaction, to see more, a policy that acts for the learner's own reward
+    alone."""
     batch: int = Field(default=64, ge=1)
     """Episodes of a gradient step of the solver."""
     learning_rate: float = Field(default=3e-3, gt=0)
@@ -96,8 +82,12 @@ class ContinuousConfig:
     response_steps: int = Field(default=100, ge=1)
     """Steps that the real expert takes towards its best response in each interaction, from its policies of the last."""
     model_response_steps: int = Field(default=50, ge=0)
-    """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
-    each remembered policy, before it is compared."""
+    """Steps in each iteration that the modelled expert takes, from what the real one was seen to do, towards its best
+    response to each remembered policy, before it is compared."""
+    model_rate: float = Field(default=5e-3, gt=0)
+    """Adam's first step on the modelled responses; it falls to a tenth."""
+    cloning_steps: int = Field(default=300, ge=1)
+    """Steps on the network that imitates the expert's demonstrations, in each interaction."""
     settling_steps: int = Field(default=0, ge=0)
     """Solver steps that the forward model takes after the last iteration, under the last rewards, before its policies
     are judged and kept; not of `marl` (not in paper)."""
@@ -113,7 +103,7 @@ class ContinuousConfig:
     """Where the arrays live."""
 
     def resolved(self) -> Self:
-        """The configuration with the values that a run uses where none were given.
+        """The configuration itself, checked.
 
         Raises:
             InputError: the solver does not go with the algorithm.
@@ -122,22 +112,4 @@ class ContinuousConfig:
             raise InputError(
                 "solver", f"maddpg does not go with algorithm {self.algorithm}", "use pathwise, or algorithm marl"
             )
-        preset = PAPER if self.algorithm == "paper" else DEFAULT
-        return replace(self, **{name: value for name, value in preset.items() if getattr(self, name) is None})
-
-
-DEFAULT: dict[str, Any] = {
-    "response": "well_specified",
-    "hypergradient": "branches",
-    "remembered": 16,
-    "perturbation": 0.1,
-}
-"""What `gsiirl` sets where nothing is given."""
-
-PAPER: dict[str, Any] = {
-    "response": "frozen",
-    "hypergradient": "spsa",
-    "remembered": 1,
-    "perturbation": 1.0,
-}
-"""What `paper` sets where nothing is given."""
+        return self

@@ -1,7 +1,8 @@
 """What the truth says of policies and of learned rewards in a continuous experiment.
 
 Everything reported is measured on the same `evaluation_episodes` initial states, whatever the algorithm, seed and
-iteration. Returns are undiscounted sums under the true rewards.
+iteration; what is chosen by its return, as a best response is, is chosen on as many others. Returns are undiscounted
+sums under the true rewards.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,6 +27,8 @@ EVALUATION_KEY = 20261125
 """Of the initial states that all figures are measured on, and of the transitions that rewards are compared over."""
 COMPARED = 4000
 SAMPLE_PATHS = 12
+STARTS = 3
+"""Policies that every search for a best response starts from: known ones, and random ones for the rest."""
 TRIED = 0.5
 """Share of a best response's steps that every start takes, before the search goes on with the most promising one."""
 
@@ -39,11 +42,16 @@ class Judge:
         self._tester = responder_of(config, problem, config.training_steps, TRAINED_RATE)
         start_key, sample_key, self._key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)
         self.starts = initial_states(problem.game, start_key, config.evaluation_episodes)
+        self._others = initial_states(problem.game, jax.random.fold_in(start_key, 1), config.evaluation_episodes)
         self._sample = jax.vmap(problem.anywhere)(jax.random.split(sample_key, COMPARED))
 
     def episodes(self, policies: Sides[PolicyNetwork]) -> Transition:
         """Episodes of a pair from the evaluation's initial states."""
         return episodes_from(self.problem.game, policies, self.starts)
+
+    def _chosen_on(self, policies: Sides[PolicyNetwork]) -> Transition:
+        """Episodes of a pair from the initial states that best responses are chosen on."""
+        return episodes_from(self.problem.game, policies, self._others)
 
     def returns(self, episodes: Transition) -> Sides[Array]:
         """Undiscounted returns of both sides under the true rewards."""
@@ -64,7 +72,12 @@ class Judge:
     def expert_reward(self, parameters: Array, modelled: Transition, real: Transition) -> Record:
         """How right θ_e is, and how the modelled expert's features differ from the real one's."""
         reward, discount = self.problem.expert_reward, self.config.discount
-        correlation = pearson(lambda seen: reward(parameters, seen), self.problem.true_expert_reward, self._sample)
+        steps = jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), real)
+
+        def alike(sample: Transition) -> Array:
+            return pearson(lambda seen: reward(parameters, seen), self.problem.true_expert_reward, sample)
+
+        correlation = alike(self._sample)
 
         def each(episodes: Transition) -> Array:
             return jax.vmap(lambda one, other: reward_gap(reward, parameters, _alone(one), _alone(other), discount))(
@@ -76,6 +89,7 @@ class Judge:
         return {
             "expert_reward_pearson": correlation,
             "expert_reward_epic": epic(correlation),
+            "expert_reward_pearson_played": alike(steps),
             "feature_gap": jnp.linalg.norm(jnp.mean(gaps, axis=0)),
             "feature_gap_noise": spread,
             **self.problem.judge_reward(parameters),
@@ -89,16 +103,16 @@ class Judge:
     def best_response(
         self, learner_policy: PolicyNetwork, known: Sequence[PolicyNetwork], key: PRNGKeyArray
     ) -> PolicyNetwork:
-        """The true expert's best response to a learner's policy, searched for from `known` ones and from scratch."""
+        """The true expert's best response to a learner's policy, searched for from `known` and from random ones."""
         reward = self.problem.true_expert_reward
 
         def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
             return self._tester.respond(learner_policy, reward, start, key, steps)
 
         def worth(policy: PolicyNetwork) -> Array:
-            return self.returns(self.episodes(Sides(learner_policy, policy))).expert
+            return self.returns(self._chosen_on(Sides(learner_policy, policy))).expert
 
-        return self._best(climb, worth, self._tester.init(key).expert, known, key)
+        return self._best(climb, worth, lambda one: self._tester.init(one).expert, known, key)
 
     def best_answer(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> PolicyNetwork:
         """Likewise the learner's, under the true rewards, to the expert's policy."""
@@ -108,21 +122,23 @@ class Judge:
             return self._tester.answer(policies.expert, reward, start, key, steps)
 
         def worth(policy: PolicyNetwork) -> Array:
-            return self.returns(self.episodes(Sides(policy, policies.expert))).learner
+            return self.returns(self._chosen_on(Sides(policy, policies.expert))).learner
 
-        return self._best(climb, worth, self._tester.init(key).learner, [policies.learner], key)
+        return self._best(climb, worth, lambda one: self._tester.init(one).learner, [policies.learner], key)
 
     def _best(
         self,
         climb: Callable[[Ascent, PRNGKeyArray, int], Ascent],
         worth: Callable[[PolicyNetwork], Array],
-        fresh: Ascent,
+        fresh: Callable[[PRNGKeyArray], Ascent],
         known: Sequence[PolicyNetwork],
         key: PRNGKeyArray,
     ) -> PolicyNetwork:
         """What `training_steps` lead to from whichever start is worth most after the first `TRIED` of them."""
         trial_key, rest_key = jax.random.split(key)
-        starts = jax.tree.map(lambda *each: jnp.stack(each), fresh, *(Ascent(one, fresh.optimiser) for one in known))
+        random = [fresh(jax.random.fold_in(key, number)) for number in range(STARTS - len(known))]
+        begun = [*random, *(Ascent(one, random[0].optimiser) for one in known)]
+        starts = jax.tree.map(lambda *each: jnp.stack(each), *begun)
         trial = int(TRIED * self.config.training_steps)
         tried = jax.vmap(lambda start: climb(start, trial_key, trial))(starts)
         best = jnp.argmax(jax.vmap(worth)(tried.policy))

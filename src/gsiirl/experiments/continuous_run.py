@@ -10,7 +10,7 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
 from gsiirl.continuous_expert import ContinuousRespondingExpert, Habits
-from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, TwinBranches
+from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, GradientSteps
 from gsiirl.equilibria.maddpg import Maddpg, MaddpgState
 from gsiirl.equilibria.pathwise import Ascent, TransitionReward, episodes_from, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
@@ -18,10 +18,16 @@ from gsiirl.equilibria.policy_weights import weights_of
 from gsiirl.experiments.continuous import ContinuousConfig
 from gsiirl.experiments.continuous_judge import Judge
 from gsiirl.experiments.continuous_problem import ContinuousProblem
-from gsiirl.experiments.continuous_solvers import FOLLOWING_RATE, TRAINED_RATE, responder_of, solver_of
+from gsiirl.experiments.continuous_solvers import (
+    FOLLOWING_RATE,
+    TRAINED_RATE,
+    model_responder_of,
+    responder_of,
+    solver_of,
+)
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.games.rollout import initial_states
-from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit
+from gsiirl.hypergradients import SPSA
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.rewards.continuous import (
     AbstractTransitionFeatures,
@@ -66,8 +72,8 @@ def prepare_continuous(config: ContinuousConfig, problem: ContinuousProblem) -> 
 
 
 def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
-    learner = _learner(config, problem)
-    expert = _expert(config, problem)
+    learner = learner_of(config, problem)
+    expert = expert_of(config, problem)
 
     def observe(
         state: ContinuousState, model: Sides[PolicyNetwork], played: PolicyNetwork, answer: PolicyNetwork
@@ -134,7 +140,7 @@ def _settled(
     return trainer.settle(policies_of(solution), rewards, key, config.settling_steps)
 
 
-def _expert(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousRespondingExpert:
+def expert_of(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousRespondingExpert:
     """The real expert, which never stops learning: its rate falls over all that it takes part in."""
     first = config.training_steps // 4
     steps = first + config.iterations * config.response_steps
@@ -143,34 +149,39 @@ def _expert(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousR
     )
 
 
-def _learner(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
-    if config.algorithm == "paper":
-        steps, inner = growing_steps, optax.sgd(config.inner_step_size)
-        outer = optax.sgd(1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5))
-    else:
-        steps = constant_steps(config.inner_steps, config.first_inner_steps)
-        inner = _matching(config)
-        # A branch that has lost its way would else throw the commitment far off.
-        outer = optax.chain(optax.clip_by_global_norm(1.0), optax.sgd(config.step_size))
+def learner_of(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
+    """The learner of `gsiirl`, or of `paper`."""
+    paper = config.algorithm == "paper"
     return ContinuousGSIIRL(
         solver=solver_of(config, problem, config.iterations * config.solver_steps, FOLLOWING_RATE),
+        responder=model_responder_of(config, problem),
         own_reward=problem.own_reward,
         accessed=problem.dependent_value,
         dependent_reward=problem.dependent_reward,
         expert_reward=problem.expert_reward,
-        inner_loop=MaximumLikelihood(1.0, steps, inner, on_sphere=config.algorithm != "paper"),
-        hypergradient=_hypergradient(config),
+        inner_loop=MaximumLikelihood(
+            1.0,
+            growing_steps if paper else constant_steps(config.inner_steps, config.first_inner_steps),
+            optax.sgd(config.gradient_step_size) if paper else _matching(config),
+            on_sphere=not paper,
+        ),
+        upper=_upper(config) if paper else None,
         regularisation=config.regularisation,
         trajectories=config.trajectories,
-        optimiser=outer,
         solver_steps=config.solver_steps,
         model_response_steps=config.model_response_steps,
-        remembered=config.remembered or 1,
+        cloning_steps=config.cloning_steps,
+        remembered=1 if paper else config.remembered,
         compared=min(config.compared, config.trajectories),
-        lower_level="equilibrium" if config.algorithm == "paper" else "played",
+        lower_level="equilibrium" if paper else "played",
         remembering=config.remembering,
-        exploring=config.exploring and config.algorithm != "paper",
+        exploring=config.exploring and not paper,
     )
+
+
+def _upper(config: ContinuousConfig) -> GradientSteps:
+    step = 1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5)
+    return GradientSteps(SPSA("frozen", perturbation=1.0, decay=1.0), optax.sgd(step))
 
 
 def _matching(config: ContinuousConfig) -> optax.GradientTransformation:
@@ -181,19 +192,6 @@ def _matching(config: ContinuousConfig) -> optax.GradientTransformation:
     # Counted in iterations of `inner_steps`; the first one has more, and counts as several.
     decay = config.step_decay * config.inner_steps
     return optax.adam(lambda step: config.inner_step_size / (1.0 + step / decay), b2=config.square_decay, eps=SMALL_GAP)
-
-
-def _hypergradient(config: ContinuousConfig) -> AbstractEstimator | TwinBranches:
-    assert config.response is not None, "the configuration is not resolved"
-    assert config.perturbation is not None, "the configuration is not resolved"
-    match config.hypergradient:
-        case "branches":
-            return TwinBranches(config.perturbation, period=config.period, honest_iterations=config.honest_iterations)
-        case "direct":
-            return Implicit(config.response)
-        case _:
-            decay = 1.0 if config.algorithm == "paper" else 0.101
-            return SPSA(config.response, config.perturbation, decay)
 
 
 def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
@@ -208,7 +206,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
         solver_steps=between,
         optimiser=_matching(config),
     )
-    expert = _expert(config, problem)
+    expert = expert_of(config, problem)
 
     def observe(state: ContinuousMAIRLState, model: Sides[PolicyNetwork], answer: PolicyNetwork) -> Record:
         record, modelled, real = judge.play(model, Sides(model.learner, answer))

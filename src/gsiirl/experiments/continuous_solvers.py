@@ -28,3 +28,13 @@ def solver_of(config: ContinuousConfig, problem: ContinuousProblem, steps: int, 
 def responder_of(config: ContinuousConfig, problem: ContinuousProblem, steps: int, last_rate: float) -> Pathwise:
     """Likewise of who answers a policy alone: one step at a time, without a shaking hand."""
     return solver_of(replace(config, expert_steps=1, noise=0.0), problem, steps, last_rate)
+
+
+def model_responder_of(config: ContinuousConfig, problem: ContinuousProblem) -> Pathwise:
+    """Of the modelled expert, which answers what was played from what the real one was seen to do."""
+    return replace(
+        responder_of(
+            replace(config, learning_rate=config.model_rate), problem, config.model_response_steps, FOLLOWING_RATE
+        ),
+        batch=min(config.compared, config.trajectories),
+    )

@@ -15,8 +15,6 @@ class CrossingConfig(ContinuousConfig):
     experiment: ClassVar[str] = "crossing"
     preparation: ClassVar[str] = "gsiirl.experiments.crossing_problem:prepare"
 
-    iterations: int = Field(default=100, ge=0)
-    """Outer iterations K."""
     horizon: int = Field(default=30, ge=1)
     """Steps T of an episode."""
     hidden: int = Field(default=32, ge=1)
@@ -25,7 +23,5 @@ class CrossingConfig(ContinuousConfig):
     """Projected steps on the expert's parameters in each iteration (not in paper: t_k = ceil((k+1)^(1/4)/2))."""
     solver_steps: int = Field(default=40, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    honest_iterations: int = Field(default=50, ge=0)
-    """Iterations for which, with `branches`, the commitment is the reward fitted to the values read."""
     training_steps: int = Field(default=2000, ge=1)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""

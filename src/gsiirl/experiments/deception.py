@@ -27,18 +27,12 @@ class DeceptionConfig(ContinuousConfig):
     remembering: Literal["latest", "uniform"] = "uniform"
     """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
     exploring: bool = True
-    """Of `gsiirl` with `branches` as the hypergradient: play, in every third interaction, to see more, a policy that
-    acts for the learner's own reward alone."""
-    square_decay: float = Field(default=0.99, ge=0, lt=1)
-    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2); of `gsiirl`
-    and `ma-irl`."""
+    """Of `gsiirl`: play, in every third interaction, to see more, a policy that acts for the learner's own reward
+    alone."""
     compared: int = Field(default=16, ge=1)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
     solver_steps: int = Field(default=50, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    model_response_steps: int = Field(default=100, ge=0)
-    """Steps in each iteration that the modelled expert, from the forward model's, takes towards its best response to
-    each remembered policy, before it is compared."""
     settling_steps: int = Field(default=5000, ge=0)
     """Solver steps that the forward model takes after the last iteration, under the last rewards, before its policies
     are judged and kept; not of `marl` (not in paper)."""

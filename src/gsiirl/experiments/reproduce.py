@@ -27,7 +27,6 @@ QUICK_CONTINUOUS = {
     "first_inner_steps": 100,
     "response_steps": 50,
     "model_response_steps": 20,
-    "honest_iterations": 5,
     "solver_steps": 30,
     "batch": 64,
     "training_steps": 200,

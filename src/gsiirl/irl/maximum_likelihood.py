@@ -41,11 +41,21 @@ class MaximumLikelihood(eqx.Module):
     def step(
         self, gradient: Float[Array, " m"], parameters: Float[Array, " m"], optimiser_state: optax.OptState
     ) -> tuple[Float[Array, " m"], optax.OptState]:
-        """One projected step along `gradient` = ∇L."""
+        """One projected step along `gradient` = ∇L; on the sphere along its part across θ_e."""
+        gradient = across(gradient, parameters) if self.on_sphere else gradient
         step, optimiser_state = self.optimiser.update(self.temperature * gradient, optimiser_state, parameters)
         stepped = optax.apply_updates(parameters, step)
         project = optax.projections.projection_l2_sphere if self.on_sphere else optax.projections.projection_l2_ball
         return project(stepped, 1.0), optimiser_state
+
+
+def across(gradient: Float[Array, " m"], parameters: Float[Array, " m"]) -> Float[Array, " m"]:
+    """The part of a gradient across the parameters: g − (g·θ / θ·θ) θ.
+
+    The part along them changes their length alone, which a projection to the sphere takes back. Yet Adam would scale
+    its steps by it, entry by entry, and so turn them.
+    """
+    return gradient - jnp.vdot(gradient, parameters) / jnp.vdot(parameters, parameters) * parameters
 
 
 def constant_steps(number: int, first: int | None = None) -> Steps:

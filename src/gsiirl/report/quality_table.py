@@ -35,8 +35,11 @@ METRICS = {
     "expert_reward_pearson": Metric(
         "Pearson, expert's reward", "correlation with the truth over reachable pairs; 1 is perfect"
     ),
+    "expert_reward_pearson_played": Metric(
+        "Pearson where they go", "the same, over the steps of the episodes that are deployed at the end"
+    ),
     "dependent_reward_pearson": Metric(
-        "Pearson, dependent reward", "the same for the learner's expert-dependent reward"
+        "Pearson, dependent reward", "as of the expert's, for the learner's expert-dependent reward"
     ),
     "expert_reward_epic": Metric("EPIC distance", "0: the same reward up to scale and shaping; 1: the opposite"),
     "target_preference": Metric(
