@@ -15,6 +15,8 @@ class CrossingConfig(ContinuousConfig):
     experiment: ClassVar[str] = "crossing"
     preparation: ClassVar[str] = "gsiirl.experiments.crossing_problem:prepare"
 
+    iterations: int = Field(default=100, ge=0)
+    """Outer iterations K."""
     horizon: int = Field(default=30, ge=1)
     """Steps T of an episode."""
     hidden: int = Field(default=32, ge=1)
