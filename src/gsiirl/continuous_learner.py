@@ -16,8 +16,8 @@ Deterministic policies have no likelihood: Lemma 1's gradient is then that of fe
   nothing to gain, so that the gap vanishes there, however little either expert has trained.
 * `equilibrium` (the paper's line 6): the forward model, for the newest demonstrations.
 
-With `played` the forward model's expert goes on from the newest clone where that earns more under r^θ_e than where it
-was: a game may have several equilibria (who lets whom pass), and the model must be at the one that is played.
+With `played` the forward model's expert goes on from the newest clone when it was far off what was seen: a game may
+have several equilibria (who lets whom pass), and the model must be at the one that is played.
 
 With `exploring` the learner plays, in every third interaction, the policy of a second forward model at θ_l = 0, which
 acts for r_li alone. An expert that only meets the policy that the model holds for best need never show that it would
@@ -56,6 +56,9 @@ from gsiirl.types import Sides, Transition
 
 EXPLORING_EVERY = 3
 """One of as many interactions is played for r_li alone, where the learner explores."""
+
+FAR = 10.0
+"""How many times the sampling noise the forward model's expert may be off before it is set to what was seen."""
 
 Remembering = Literal["latest", "uniform"]
 """Which interactions the lower level averages over: the latest, or a uniform sample of all with the newest in it."""
@@ -197,7 +200,7 @@ class ContinuousGSIIRL(eqx.Module):
             commitment, upper = self.upper.step(
                 problem, state.commitment, expert_parameters, state.upper, upper_key, iteration
             )
-        solution, explorer = self._as_seen(state, newest, expert_parameters)
+        solution, explorer = self._as_seen(state, newest)
         if explorer is not None:
             explorer, _ = self._ascend(explorer, jnp.zeros_like(fitted), expert_parameters, explorer_key)
         solution, _ = self._ascend(solution, commitment, expert_parameters, forward_key)
@@ -223,24 +226,26 @@ class ContinuousGSIIRL(eqx.Module):
             lambda seen: self.expert_reward(expert_parameters, seen),
         )
 
-    def _as_seen(
-        self, state: ContinuousState, newest: Lived, expert_parameters: Array
-    ) -> tuple[Sides[Ascent], Sides[Ascent] | None]:
-        """The forward models; the expert of the one that was played does what the real one did, where that is better.
+    def _as_seen(self, state: ContinuousState, newest: Lived) -> tuple[Sides[Ascent], Sides[Ascent] | None]:
+        """The forward models; the expert of the one that was played does what the real one did, where it was far off.
 
-        Better under the modelled reward, over the episodes that were seen.
+        Far off: its features differ from those seen by more than `FAR` times what sampling explains,
+        ‖mean_i g_i‖² > FAR² Σ_j Var(g_ij) / d, over the gaps g_i of d episodes.
         """
         if self.lower_level == "equilibrium":
             return state.solution, state.explorer
         explored, starts = self.explores(state), first_states(newest.demonstrations)
 
-        def worth(policy: PolicyNetwork) -> Array:
+        def far_off(policy: PolicyNetwork) -> Bool[Array, ""]:
             episodes = episodes_from(self.solver.game, Sides(newest.learner_policy, policy), starts)
-            return mean_return(lambda seen: self.expert_reward(expert_parameters, seen), episodes, self.solver.discount)
+            gaps = jax.vmap(lambda *each: self._gap(state.expert_parameters, *jax.tree.map(lambda x: x[None], each)))(
+                episodes, newest.demonstrations
+            )
+            sampling = jnp.sum(jnp.var(gaps, axis=0)) / self.trajectories
+            return jnp.sum(jnp.mean(gaps, axis=0) ** 2) > FAR**2 * sampling
 
         def seen(model: Sides[Ascent], played: Bool[Array, ""]) -> Sides[Ascent]:
-            better = played & (worth(newest.clone) > worth(model.expert.policy))
-            policy = chosen(better, newest.clone, model.expert.policy)
+            policy = chosen(played & far_off(model.expert.policy), newest.clone, model.expert.policy)
             return Sides(model.learner, Ascent(policy, model.expert.optimiser))
 
         return seen(state.solution, ~explored), None if state.explorer is None else seen(state.explorer, explored)

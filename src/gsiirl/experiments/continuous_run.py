@@ -38,7 +38,7 @@ from gsiirl.rewards.continuous import (
 from gsiirl.types import Sides
 
 CHUNK = 2
-SMALL_GAP = 1e-3
+SMALL_GAP = 0.1
 TRAINING_CHUNK = 50
 """Solver steps in one iteration of `marl`."""
 MADDPG_CHUNK = 20
