@@ -238,8 +238,8 @@ class ContinuousGSIIRL(eqx.Module):
 
         def far_off(policy: PolicyNetwork) -> Bool[Array, ""]:
             episodes = episodes_from(self.solver.game, Sides(newest.learner_policy, policy), starts)
-            gaps = jax.vmap(lambda *each: self._gap(state.expert_parameters, *jax.tree.map(lambda x: x[None], each)))(
-                episodes, newest.demonstrations
+            gaps = gaps_of_episodes(
+                self.expert_reward, state.expert_parameters, episodes, newest.demonstrations, self.solver.discount
             )
             sampling = jnp.sum(jnp.var(gaps, axis=0)) / self.trajectories
             return jnp.sum(jnp.mean(gaps, axis=0) ** 2) > FAR**2 * sampling
@@ -378,3 +378,19 @@ def reward_gap(
         return modelled_return - demonstrated_return
 
     return jax.grad(difference)(parameters) / reward.scale
+
+
+def gaps_of_episodes(
+    reward: AbstractTransitionReward,
+    parameters: Float[Array, " m"],
+    modelled: Transition,
+    demonstrated: Transition,
+    discount: float,
+) -> Float[Array, "d m"]:
+    """`reward_gap` of every pair of episodes alone; their mean is that of all."""
+
+    def alone(one: Transition, other: Transition) -> Array:
+        one, other = jax.tree.map(lambda leaf: leaf[None], (one, other))
+        return reward_gap(reward, parameters, one, other, discount)
+
+    return jax.vmap(alone)(modelled, demonstrated)

@@ -180,7 +180,7 @@ def test_on_the_sphere_a_short_vector_is_made_as_long_as_a_long_one():
 
 
 def test_on_the_sphere_what_changes_the_length_alone_moves_nothing():
-    # Clipped, as Adam's are, steps say how long the gradient is taken to be.
+    # Clipping entry by entry, like Adam, turns the step of a gradient with a long part along θ.
     level = MaximumLikelihood(1.0, constant_steps(1), optax.chain(optax.clip(1.0), optax.sgd(0.1)), on_sphere=True)
     at, across = jnp.asarray([0.6, 0.8, 0.0]), jnp.asarray([0.8, -0.6, 1.0])
     start = level.optimiser.init(at)

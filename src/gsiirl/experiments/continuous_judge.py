@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.continuous_learner import reward_gap
+from gsiirl.continuous_learner import gaps_of_episodes
 from gsiirl.equilibria.pathwise import Ascent, episodes_from, mean_return, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.evaluation.transition_similarity import epic, pearson
@@ -79,12 +79,7 @@ class Judge:
 
         correlation = alike(self._sample)
 
-        def each(episodes: Transition) -> Array:
-            return jax.vmap(lambda one, other: reward_gap(reward, parameters, _alone(one), _alone(other), discount))(
-                modelled, episodes
-            )
-
-        gaps = each(real)
+        gaps = gaps_of_episodes(reward, parameters, modelled, real, discount)
         spread = jnp.sqrt(jnp.sum(jnp.var(gaps, axis=0)) / self.config.trajectories)
         return {
             "expert_reward_pearson": correlation,
@@ -187,8 +182,3 @@ class Judge:
         """Columns of a few sample episodes."""
         starts = jax.tree.map(lambda leaf: leaf[:SAMPLE_PATHS], self.starts)
         return self.problem.paths(episodes_from(self.problem.game, policies, starts))
-
-
-def _alone(episode: Transition) -> Transition:
-    """One episode as a set of one."""
-    return jax.tree.map(lambda leaf: leaf[None], episode)

@@ -9,8 +9,8 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from gsiirl.equilibria.policy_network import PolicyNetwork
 
-LAST_RATE = 0.02
-"""What the rate falls to, of the first."""
+RATE, LAST_RATE = 3e-3, 0.02
+"""Adam's first rate, and what it falls to, of the first."""
 
 
 def cloned(
@@ -21,17 +21,16 @@ def cloned(
     *,
     steps: int,
     episodes: int,
-    rate: float = 3e-3,
 ) -> PolicyNetwork:
     """The network after `steps` steps of Adam from `start` on the mean squared error of its actions.
 
         min_π (1/dT) Σ_i Σ_t ‖π(o_it, t/T) − a_it‖²
 
-    A step takes `episodes` of the d episodes, drawn anew; its rate falls from `rate` along half a cosine.
+    A step takes `episodes` of the d episodes, drawn anew; its rate falls from `RATE` along half a cosine.
     """
     number, horizon = observations.shape[:2]
     times = jnp.arange(horizon, dtype=jnp.float32) / horizon
-    optimiser = optax.adam(optax.cosine_decay_schedule(rate, steps, LAST_RATE))
+    optimiser = optax.adam(optax.cosine_decay_schedule(RATE, steps, LAST_RATE))
 
     def error(policy: PolicyNetwork, chosen: Array) -> Array:
         done = jax.vmap(jax.vmap(policy), (0, None))(observations[chosen], times)
