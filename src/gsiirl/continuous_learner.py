@@ -19,15 +19,16 @@ Deterministic policies have no likelihood: Lemma 1's gradient is then that of fe
 With `played` the forward model's expert goes on from the newest clone when it was far off what was seen: a game may
 have several equilibria (who lets whom pass), and the model must be at the one that is played.
 
-With `exploring` the learner plays, in every third interaction, the policy of a second forward model at θ_l = 0, which
-acts for r_li alone. An expert that only meets the policy that the model holds for best need never show that it would
-answer another one otherwise.
+With `played` the learner also explores: in every third interaction it plays the policy of a second forward model at
+θ_l = 0, which acts for r_li alone. An expert that only meets the policy that the model holds for best need never show
+that it would answer another one otherwise.
 
 μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so that what is left of the
 difference is how the modelled expert differs from the real one, and not which episodes were drawn.
 """
 
-from typing import Any, Literal
+import math
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -59,9 +60,6 @@ EXPLORING_EVERY = 3
 
 FAR = 10.0
 """How many times the sampling noise the forward model's expert may be off before it is set to what was seen."""
-
-Remembering = Literal["latest", "uniform"]
-"""Which interactions the lower level averages over: the latest, or a uniform sample of all with the newest in it."""
 
 
 class Lived(eqx.Module):
@@ -121,10 +119,10 @@ class ContinuousState(eqx.Module):
 class ContinuousGSIIRL(eqx.Module):
     """GSIIRL in a continuous game.
 
-    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, in
-    every step over another `compared` of the episodes of each; `remembering` says which these are. The modelled expert
-    responds to what was played for `model_response_steps` steps, of as many new episodes, before it is compared; its
-    clone is trained for `cloning_steps`. Without `upper` θ_l is the fitted r_ld.
+    `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, a
+    uniform sample of all with the newest in it, in every step over another `compared` of the episodes of each. The
+    modelled expert responds to what was played for `model_response_steps` steps, of as many new episodes, before it is
+    compared; its clone is trained for `cloning_steps`. Without `upper` θ_l is the fitted r_ld.
     """
 
     solver: Pathwise
@@ -143,8 +141,6 @@ class ContinuousGSIIRL(eqx.Module):
     remembered: int = eqx.field(static=True)
     compared: int = eqx.field(static=True)
     lower_level: LowerLevel = eqx.field(static=True)
-    remembering: Remembering = eqx.field(static=True)
-    exploring: bool = eqx.field(static=True)
 
     def init(self, key: PRNGKeyArray) -> ContinuousState:
         """Random parameters in the unit ball, and random policies."""
@@ -158,7 +154,7 @@ class ContinuousGSIIRL(eqx.Module):
             commitment=commitment,
             expert_parameters=expert_parameters,
             solution=solution,
-            explorer=solution if self.exploring else None,
+            explorer=solution if self.lower_level == "played" else None,
             memory=Memory.empty(self.remembered, Lived(solution.learner.policy, episodes, solution.expert.policy)),
             accessed=LeastSquares.empty(commitment.shape[0], commitment.dtype),
             upper=None if self.upper is None else self.upper.init(commitment, expert_parameters),
@@ -177,7 +173,9 @@ class ContinuousGSIIRL(eqx.Module):
 
     def explores(self, state: ContinuousState) -> Bool[Array, ""]:
         """Whether what it wants to play next is not its own policy."""
-        return (state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1) & self.exploring
+        if state.explorer is None:
+            return jnp.asarray(False)
+        return state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1
 
     def update(
         self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray
@@ -187,10 +185,7 @@ class ContinuousGSIIRL(eqx.Module):
         clone_key, explorer_key = jax.random.split(jax.random.fold_in(key, 4))
         iteration = state.memory.count
         newest = Lived(learner_policy, demonstrations, self._cloned(state, demonstrations, clone_key))
-        if self.remembering == "latest":
-            memory = state.memory.remember_latest(newest)
-        else:
-            memory = state.memory.remember(memory_key, newest)
+        memory = state.memory.remember(memory_key, newest)
         expert_parameters, lower_optimiser = self._lower(state, memory, lower_key, iteration)
         accessed = self._read(state.accessed, demonstrations)
         fitted = accessed.solve(self.regularisation)
@@ -201,9 +196,11 @@ class ContinuousGSIIRL(eqx.Module):
                 problem, state.commitment, expert_parameters, state.upper, upper_key, iteration
             )
         solution, explorer = self._as_seen(state, newest)
+        solution = self._ascend(solution, commitment, expert_parameters, forward_key, self.solver_steps)
         if explorer is not None:
-            explorer, _ = self._ascend(explorer, jnp.zeros_like(fitted), expert_parameters, explorer_key)
-        solution, _ = self._ascend(solution, commitment, expert_parameters, forward_key)
+            # It is played in one of as many interactions, and takes as many fewer steps.
+            fewer = math.ceil(self.solver_steps / EXPLORING_EVERY)
+            explorer = self._ascend(explorer, jnp.zeros_like(fitted), expert_parameters, explorer_key, fewer)
         return ContinuousState(
             commitment=commitment,
             expert_parameters=expert_parameters,
@@ -232,28 +229,27 @@ class ContinuousGSIIRL(eqx.Module):
         Far off: its features differ from those seen by more than `FAR` times what sampling explains,
         ‖mean_i g_i‖² > FAR² Σ_j Var(g_ij) / d, over the gaps g_i of d episodes.
         """
-        if self.lower_level == "equilibrium":
-            return state.solution, state.explorer
+        if state.explorer is None:
+            return state.solution, None
         explored, starts = self.explores(state), first_states(newest.demonstrations)
-
-        def far_off(policy: PolicyNetwork) -> Bool[Array, ""]:
-            episodes = episodes_from(self.solver.game, Sides(newest.learner_policy, policy), starts)
-            gaps = gaps_of_episodes(
-                self.expert_reward, state.expert_parameters, episodes, newest.demonstrations, self.solver.discount
-            )
-            sampling = jnp.sum(jnp.var(gaps, axis=0)) / self.trajectories
-            return jnp.sum(jnp.mean(gaps, axis=0) ** 2) > FAR**2 * sampling
+        modelled = chosen(explored, state.explorer.expert.policy, state.solution.expert.policy)
+        episodes = episodes_from(self.solver.game, Sides(newest.learner_policy, modelled), starts)
+        gaps = gaps_of_episodes(
+            self.expert_reward, state.expert_parameters, episodes, newest.demonstrations, self.solver.discount
+        )
+        sampling = jnp.sum(jnp.var(gaps, axis=0)) / self.trajectories
+        far_off = jnp.sum(jnp.mean(gaps, axis=0) ** 2) > FAR**2 * sampling
 
         def seen(model: Sides[Ascent], played: Bool[Array, ""]) -> Sides[Ascent]:
-            policy = chosen(played & far_off(model.expert.policy), newest.clone, model.expert.policy)
+            policy = chosen(played & far_off, newest.clone, model.expert.policy)
             return Sides(model.learner, Ascent(policy, model.expert.optimiser))
 
-        return seen(state.solution, ~explored), None if state.explorer is None else seen(state.explorer, explored)
+        return seen(state.solution, ~explored), seen(state.explorer, explored)
 
     def _ascend(
-        self, solution: Sides[Ascent], commitment: Array, expert_parameters: Array, key: PRNGKeyArray
-    ) -> tuple[Sides[Ascent], Any]:
-        return self.solver.ascend(solution, self.rewards(commitment, expert_parameters), key, self.solver_steps)
+        self, solution: Sides[Ascent], commitment: Array, expert_parameters: Array, key: PRNGKeyArray, steps: int
+    ) -> Sides[Ascent]:
+        return self.solver.ascend(solution, self.rewards(commitment, expert_parameters), key, steps)[0]
 
     def _lower(
         self, state: ContinuousState, memory: Memory[Lived], key: PRNGKeyArray, iteration: Int[Array, ""]
@@ -265,7 +261,8 @@ class ContinuousGSIIRL(eqx.Module):
 
             def one_step(number: Array, carry: tuple[Any, Sides[Ascent]]) -> tuple[Any, Sides[Ascent]]:
                 (theta, optimiser), solution = carry
-                solution, _ = self._ascend(solution, state.commitment, theta, jax.random.fold_in(key, number))
+                draw = jax.random.fold_in(key, number)
+                solution = self._ascend(solution, state.commitment, theta, draw, self.solver_steps)
                 gap = self._gap(
                     theta, episodes_from(self.solver.game, policies_of(solution), first_states(newest)), newest
                 )
@@ -342,7 +339,7 @@ class ContinuousGSIIRL(eqx.Module):
         """
 
         def evaluate(commitment: Array, expert_parameters: Array) -> tuple[Array, Array]:
-            moved, _ = self._ascend(solution, commitment, expert_parameters, key)
+            moved = self._ascend(solution, commitment, expert_parameters, key, self.solver_steps)
             episodes = episodes_from(self.solver.game, policies_of(moved), first_states(demonstrations))
             honest = self.rewards(fitted, expert_parameters).learner
             return mean_return(honest, episodes, self.solver.discount), self._gap(

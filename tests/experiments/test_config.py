@@ -61,7 +61,6 @@ def test_a_bad_value_is_told_in_one_line(values: dict[str, Any], message: str):
     [
         (CrossingConfig, {"hidden": 0}, "hidden: cannot be 0; give a whole number of at least 1"),
         (CrossingConfig, {"solver": "logit"}, "solver: cannot be logit; choose pathwise or maddpg"),
-        (CrossingConfig, {"expert": "x"}, "expert: cannot be x; choose responding"),
         (CrossingConfig, {"variant": "mpe"}, "variant: is no field of the crossing experiment; the fields are "),
         (DeceptionConfig, {"discount": 0}, "discount: cannot be 0; give a number above 0 and at most 1"),
         (DeceptionConfig, {"variant": "x"}, "variant: cannot be x; choose mpe or separate_target"),

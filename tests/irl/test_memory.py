@@ -39,12 +39,3 @@ def test_earlier_interactions_are_held_equally_often():
 def test_a_memory_of_one_holds_the_newest_alone():
     memory = remembered(jax.random.key(0), 5, 1)
     assert memory.kept.demonstrated[:, 0].tolist() == [5.0]
-
-
-def test_the_latest_are_held_newest_first():
-    memory = Memory.empty(3, jnp.zeros(1))
-    held = []
-    for number in range(1, 6):
-        memory = memory.remember_latest(jnp.full(1, float(number)))
-        held.append(memory.kept[:, 0][memory.filled].tolist())
-    assert held == [[1.0], [2.0, 1.0], [3.0, 2.0, 1.0], [4.0, 3.0, 2.0], [5.0, 4.0, 3.0]]

@@ -12,7 +12,7 @@ always is.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -109,7 +109,7 @@ class Pathwise(eqx.Module):
         """`steps` steps of both sides together, from `state`; the expert takes `expert_steps` for each of them."""
 
         def one_step(state: Sides[Ascent], key: PRNGKeyArray) -> tuple[Sides[Ascent], Progress]:
-            both_key, *expert_keys = jax.random.split(key, self.expert_steps)
+            both_key, response_key = jax.random.split(key)
             noise = None if self.noise is None else jnp.asarray(self.noise(steps_taken(state.learner)))
             values, pull_back = jax.vjp(
                 lambda at: self._noisy_returns(at, rewards, both_key, noise), policies_of(state)
@@ -119,12 +119,15 @@ class Pathwise(eqx.Module):
             gradients = Sides(pull_back(Sides(one, zero))[0].learner, pull_back(Sides(zero, one))[0].expert)
             learner = moved(self.optimiser.learner, state.learner, gradients.learner)
             expert = moved(self.optimiser.expert, state.expert, gradients.expert)
-            for expert_key in expert_keys:
 
-                def value(policy: PolicyNetwork, key: PRNGKeyArray = expert_key) -> Array:
+            def one_response(expert: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
+                def value(policy: PolicyNetwork) -> Array:
                     return self._noisy_returns(Sides(state.learner.policy, policy), rewards, key, noise).expert
 
-                expert = self.responded(expert, jax.grad(value)(expert.policy))
+                return self.responded(expert, jax.grad(value)(expert.policy)), None
+
+            # Not unrolled: a step of the expert is compiled once, however many it takes.
+            expert, _ = jax.lax.scan(one_response, expert, jax.random.split(response_key, self.expert_steps - 1))
             norms = Sides(optax.tree.norm(gradients.learner), optax.tree.norm(gradients.expert))
             return Sides(learner, expert), Progress(values, norms)
 
@@ -143,32 +146,29 @@ class Pathwise(eqx.Module):
         self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, key: PRNGKeyArray, steps: int
     ) -> Ascent:
         """`steps` steps of the expert alone towards its best response to `learner_policy` under `reward`."""
-        return self._climb(
-            lambda policy: Sides(learner_policy, policy), reward, self.optimiser.expert, response, key, steps
-        )
+        return self.climb("expert", lambda policy: Sides(learner_policy, policy), reward, response, key, steps)
 
     def answer(
         self, expert_policy: PolicyNetwork, reward: TransitionReward, answer: Ascent, key: PRNGKeyArray, steps: int
     ) -> Ascent:
         """`steps` steps of the learner alone towards its best response to `expert_policy` under `reward`."""
-        return self._climb(
-            lambda policy: Sides(policy, expert_policy), reward, self.optimiser.learner, answer, key, steps
-        )
+        return self.climb("learner", lambda policy: Sides(policy, expert_policy), reward, answer, key, steps)
 
     def starts(self, key: PRNGKeyArray) -> PyTree:
         """A batch of initial states."""
         return initial_states(self.game, key, self.batch)
 
-    def _climb(
+    def climb(
         self,
+        side: Literal["learner", "expert"],
         joint: Callable[[PolicyNetwork], Sides[PolicyNetwork]],
         reward: TransitionReward,
-        optimiser: optax.GradientTransformation,
         ascent: Ascent,
         key: PRNGKeyArray,
         steps: int,
     ) -> Ascent:
         """`steps` steps of one side alone along the return of `joint`(its policy), the other side standing still."""
+        optimiser: optax.GradientTransformation = getattr(self.optimiser, side)
 
         def one_step(ascent: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
             starts = self.starts(key)

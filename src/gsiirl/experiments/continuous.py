@@ -24,8 +24,6 @@ class ContinuousConfig:
     solver: Literal["pathwise", "maddpg"] = "pathwise"
     """Forward model from rewards to a joint policy: `pathwise` (both sides ascend their returns by gradients through
     the dynamics), or the paper's `maddpg`, for `marl` only."""
-    expert: Literal["responding"] = "responding"
-    """`responding`: the expert plays its best response to the policy the learner plays."""
     reward: Literal["linear", "network"] = "linear"
     """What the learned reward of the expert is made of: weights of fixed features, or a small network of them."""
     seeds: int = Field(default=10, ge=1)
@@ -50,24 +48,13 @@ class ContinuousConfig:
     """First step of the lower level, in the unit ball; of `gsiirl` and `ma-irl`."""
     gradient_step_size: float = Field(default=0.01, gt=0)
     """Step of the lower level of `paper`, in units of the gap."""
-    step_decay: float = Field(default=8.0, gt=0)
-    """How fast the lower level's step falls: after n steps, those of the first iteration too, it is
-    1 / (1 + n / (step_decay inner_steps)) of the first (not in paper)."""
-    square_decay: float = Field(default=0.99, ge=0, lt=1)
-    """Decay of the lower level's running mean of squared gaps, which its steps are divided by (Adam's b2); of `gsiirl`
-    and `ma-irl`."""
     smoothness: float = Field(default=10.0, gt=0)
     """The paper's L_f: its outer step is 1/(L_f sqrt(K))."""
-    remembered: int = Field(default=16, ge=1)
-    """Interactions (policy played, demonstrations) that the lower level averages over, the newest always among them;
-    `paper` has the newest alone."""
-    remembering: Literal["latest", "uniform"] = "latest"
-    """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
+    remembered: int = Field(default=8, ge=1)
+    """Interactions (policy played, demonstrations) that the lower level averages over: a uniform sample of all, with
+    the newest always in it; `paper` has the newest alone."""
     compared: int = Field(default=25, ge=1)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
-    exploring: bool = False
-    """Of `gsiirl`: play, in every third interaction, to see more, a policy that acts for the learner's own reward
-    alone."""
     batch: int = Field(default=64, ge=1)
     """Episodes of a gradient step of the solver."""
     learning_rate: float = Field(default=3e-3, gt=0)
@@ -81,10 +68,10 @@ class ContinuousConfig:
     """Solver steps in each outer iteration, from the policies of the last one."""
     response_steps: int = Field(default=100, ge=1)
     """Steps that the real expert takes towards its best response in each interaction, from its policies of the last."""
-    model_response_steps: int = Field(default=50, ge=0)
+    model_response_steps: int = Field(default=25, ge=0)
     """Steps in each iteration that the modelled expert takes, from what the real one was seen to do, towards its best
     response to each remembered policy, before it is compared."""
-    model_rate: float = Field(default=5e-3, gt=0)
+    model_rate: float = Field(default=2e-3, gt=0)
     """Adam's first step on the modelled responses; it falls to a tenth."""
     cloning_steps: int = Field(default=300, ge=1)
     """Steps on the network that imitates the expert's demonstrations, in each interaction."""

@@ -6,13 +6,14 @@ sums under the true rewards.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Literal
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray
 
 from gsiirl.continuous_learner import gaps_of_episodes
-from gsiirl.equilibria.pathwise import Ascent, episodes_from, mean_return, policies_of
+from gsiirl.equilibria.pathwise import Ascent, TransitionReward, episodes_from, mean_return, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.evaluation.transition_similarity import epic, pearson
 from gsiirl.evaluation.truth import named
@@ -48,10 +49,6 @@ class Judge:
     def episodes(self, policies: Sides[PolicyNetwork]) -> Transition:
         """Episodes of a pair from the evaluation's initial states."""
         return episodes_from(self.problem.game, policies, self.starts)
-
-    def _chosen_on(self, policies: Sides[PolicyNetwork]) -> Transition:
-        """Episodes of a pair from the initial states that best responses are chosen on."""
-        return episodes_from(self.problem.game, policies, self._others)
 
     def returns(self, episodes: Transition) -> Sides[Array]:
         """Undiscounted returns of both sides under the true rewards."""
@@ -99,40 +96,32 @@ class Judge:
         self, learner_policy: PolicyNetwork, known: Sequence[PolicyNetwork], key: PRNGKeyArray
     ) -> PolicyNetwork:
         """The true expert's best response to a learner's policy, searched for from `known` and from random ones."""
-        reward = self.problem.true_expert_reward
-
-        def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
-            return self._tester.respond(learner_policy, reward, start, key, steps)
-
-        def worth(policy: PolicyNetwork) -> Array:
-            return self.returns(self._chosen_on(Sides(learner_policy, policy))).expert
-
-        return self._best(climb, worth, lambda one: self._tester.init(one).expert, known, key)
+        return self._best("expert", lambda policy: Sides(learner_policy, policy), known, key)
 
     def best_answer(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> PolicyNetwork:
         """Likewise the learner's, under the true rewards, to the expert's policy."""
-        reward = self.problem.true_rewards.learner
-
-        def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
-            return self._tester.answer(policies.expert, reward, start, key, steps)
-
-        def worth(policy: PolicyNetwork) -> Array:
-            return self.returns(self._chosen_on(Sides(policy, policies.expert))).learner
-
-        return self._best(climb, worth, lambda one: self._tester.init(one).learner, [policies.learner], key)
+        return self._best("learner", lambda policy: Sides(policy, policies.expert), (policies.learner,), key)
 
     def _best(
         self,
-        climb: Callable[[Ascent, PRNGKeyArray, int], Ascent],
-        worth: Callable[[PolicyNetwork], Array],
-        fresh: Callable[[PRNGKeyArray], Ascent],
+        side: Literal["learner", "expert"],
+        joint: Callable[[PolicyNetwork], Sides[PolicyNetwork]],
         known: Sequence[PolicyNetwork],
         key: PRNGKeyArray,
     ) -> PolicyNetwork:
         """What `training_steps` lead to from whichever start is worth most after the first `TRIED` of them."""
+        reward: TransitionReward = getattr(self.problem.true_rewards, side)
+
+        def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
+            return self._tester.climb(side, joint, reward, start, key, steps)
+
+        def worth(policy: PolicyNetwork) -> Array:
+            return getattr(self.returns(episodes_from(self.problem.game, joint(policy), self._others)), side)
+
         trial_key, rest_key = jax.random.split(key)
-        random = [fresh(jax.random.fold_in(key, number)) for number in range(STARTS - len(known))]
-        begun = [*random, *(Ascent(one, random[0].optimiser) for one in known)]
+        fresh = [self._tester.init(jax.random.fold_in(key, number)) for number in range(STARTS - len(known))]
+        begun: list[Ascent] = [getattr(each, side) for each in fresh]
+        begun += [Ascent(one, begun[0].optimiser) for one in known]
         starts = jax.tree.map(lambda *each: jnp.stack(each), *begun)
         trial = int(TRIED * self.config.training_steps)
         tried = jax.vmap(lambda start: climb(start, trial_key, trial))(starts)

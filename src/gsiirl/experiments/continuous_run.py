@@ -39,6 +39,9 @@ from gsiirl.types import Sides
 
 CHUNK = 2
 SMALL_GAP = 0.1
+"""A gap of features, below which steps of the lower level are damped."""
+HALVED_AFTER = 8.0
+"""Iterations after which the lower level's first step is halved."""
 TRAINING_CHUNK = 50
 """Solver steps in one iteration of `marl`."""
 MADDPG_CHUNK = 20
@@ -152,6 +155,7 @@ def expert_of(config: ContinuousConfig, problem: ContinuousProblem) -> Continuou
 def learner_of(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
     """The learner of `gsiirl`, or of `paper`."""
     paper = config.algorithm == "paper"
+    outer_step = 1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5)
     return ContinuousGSIIRL(
         solver=solver_of(config, problem, config.iterations * config.solver_steps, FOLLOWING_RATE),
         responder=model_responder_of(config, problem),
@@ -165,7 +169,7 @@ def learner_of(config: ContinuousConfig, problem: ContinuousProblem) -> Continuo
             optax.sgd(config.gradient_step_size) if paper else _matching(config),
             on_sphere=not paper,
         ),
-        upper=_upper(config) if paper else None,
+        upper=GradientSteps(SPSA("frozen", perturbation=1.0, decay=1.0), optax.sgd(outer_step)) if paper else None,
         regularisation=config.regularisation,
         trajectories=config.trajectories,
         solver_steps=config.solver_steps,
@@ -174,24 +178,17 @@ def learner_of(config: ContinuousConfig, problem: ContinuousProblem) -> Continuo
         remembered=1 if paper else config.remembered,
         compared=min(config.compared, config.trajectories),
         lower_level="equilibrium" if paper else "played",
-        remembering=config.remembering,
-        exploring=config.exploring and not paper,
     )
-
-
-def _upper(config: ContinuousConfig) -> GradientSteps:
-    step = 1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5)
-    return GradientSteps(SPSA("frozen", perturbation=1.0, decay=1.0), optax.sgd(step))
 
 
 def _matching(config: ContinuousConfig) -> optax.GradientTransformation:
     """Steps along gaps of features. Adam, but a gap well below `SMALL_GAP` makes a step smaller than a whole one.
 
-    Else the sampling noise of features that already match would move their weights as fast as a real gap.
+    Else the sampling noise of features that already match would move their weights as fast as a real gap. Steps fall to
+    a half over `HALVED_AFTER` iterations; the first iteration has more steps than others, and counts as several.
     """
-    # Counted in iterations of `inner_steps`; the first one has more, and counts as several.
-    decay = config.step_decay * config.inner_steps
-    return optax.adam(lambda step: config.inner_step_size / (1.0 + step / decay), b2=config.square_decay, eps=SMALL_GAP)
+    halved = HALVED_AFTER * config.inner_steps
+    return optax.adam(lambda step: config.inner_step_size / (1.0 + step / halved), b2=0.99, eps=SMALL_GAP)
 
 
 def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:

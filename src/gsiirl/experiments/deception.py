@@ -15,22 +15,17 @@ class DeceptionConfig(ContinuousConfig):
     experiment: ClassVar[str] = "deception"
     preparation: ClassVar[str] = "gsiirl.experiments.deception_problem:prepare"
 
-    batch: int = Field(default=128, ge=1)
-    """Episodes of a gradient step of the solver."""
     noise: float = Field(default=0.5, ge=0)
     """Standard deviation of the noise on both sides' actions, before the outer tanh, while the solver learns."""
-    expert_steps: int = Field(default=1, ge=1)
+    expert_steps: int = Field(default=3, ge=1)
     """Steps that the solver's expert takes for each of the learner's."""
     learning_rate: float = Field(default=5e-3, gt=0)
     """Adam's first step on the policy networks; it falls to a tenth, and in training at once, as in settling, to a
     fiftieth."""
-    remembering: Literal["latest", "uniform"] = "uniform"
-    """Which interactions are remembered: the `latest`, or a `uniform` sample of all."""
-    exploring: bool = True
-    """Of `gsiirl`: play, in every third interaction, to see more, a policy that acts for the learner's own reward
-    alone."""
     compared: int = Field(default=16, ge=1)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
+    model_rate: float = Field(default=5e-3, gt=0)
+    """Adam's first step on the modelled responses; it falls to a tenth."""
     solver_steps: int = Field(default=50, ge=1)
     """Solver steps in each outer iteration, from the policies of the last one."""
     settling_steps: int = Field(default=5000, ge=0)

@@ -1,4 +1,4 @@
-"""What the learner remembers of its interactions: the latest, or a uniform reservoir that always holds the newest."""
+"""What the learner remembers of its interactions: a uniform sample of all that always holds the newest."""
 
 from typing import Generic, TypeVar
 
@@ -20,8 +20,8 @@ class Played(eqx.Module):
 class Memory(eqx.Module, Generic[Kept]):
     """Up to M interactions, along a leading axis of `kept`.
 
-    Slot 0 is the newest. With `remember` the others are a uniform sample without replacement from all earlier ones
-    (Vitter's algorithm R), with `remember_latest` the ones just before it.
+    Slot 0 is the newest; the others are a uniform sample without replacement from all earlier ones (Vitter's algorithm
+    R).
     """
 
     kept: Kept
@@ -60,13 +60,5 @@ class Memory(eqx.Module, Generic[Kept]):
         def moved(stored: Array, newest: Array) -> Array:
             retired = jnp.where(keeps, stored[0], stored[place])
             return stored.at[place].set(retired).at[0].set(newest)
-
-        return Memory(jax.tree.map(moved, self.kept, newest), self.count + 1)
-
-    def remember_latest(self, newest: Kept) -> "Memory[Kept]":
-        """Take in the newest, and forget the oldest that is held."""
-
-        def moved(stored: Array, newest: Array) -> Array:
-            return jnp.concatenate([newest[None], stored[:-1]])
 
         return Memory(jax.tree.map(moved, self.kept, newest), self.count + 1)

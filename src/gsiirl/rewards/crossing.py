@@ -36,12 +36,12 @@ CENTRES = np.stack(np.meshgrid(np.linspace(-0.7, 0.7, 5), np.linspace(-0.7, 0.7,
 BLUNT = 0.25
 """Below this distance a distance feature is round, not pointed."""
 WIDTHS = (0.1, 0.2, 0.4)
-NEAR_UNIT = 10.0
+NEAR_UNIT = 40.0
 """Of the human's features of nearness: with it their weights are of the size of the places'."""
 
 
 class HumanFeatures(AbstractTransitionFeatures):
-    """What the human may be after: −√(‖p_h − c‖² + 0.25²) for 25 places c, −10 near(d; w) for three widths, −‖a_h‖²."""
+    """What the human may be after: −√(‖p_h − c‖² + 0.25²) for 25 places c, −40 near(d; w) for three widths, −‖a_h‖²."""
 
     names: tuple[str, ...] = eqx.field(
         static=True,
