@@ -25,6 +25,8 @@ from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.games.rollout import initial_states, play
 from gsiirl.types import Sides, Transition
 
+Side = Literal["learner", "expert"]
+
 TransitionReward = Callable[[Transition], Float[Array, ""]]
 """r(s, a, s') of one step."""
 
@@ -146,13 +148,13 @@ class Pathwise(eqx.Module):
         self, learner_policy: PolicyNetwork, reward: TransitionReward, response: Ascent, key: PRNGKeyArray, steps: int
     ) -> Ascent:
         """`steps` steps of the expert alone towards its best response to `learner_policy` under `reward`."""
-        return self.climb("expert", lambda policy: Sides(learner_policy, policy), reward, response, key, steps)
+        return self.climb("expert", learner_policy, reward, response, key, steps)
 
     def answer(
         self, expert_policy: PolicyNetwork, reward: TransitionReward, answer: Ascent, key: PRNGKeyArray, steps: int
     ) -> Ascent:
         """`steps` steps of the learner alone towards its best response to `expert_policy` under `reward`."""
-        return self.climb("learner", lambda policy: Sides(policy, expert_policy), reward, answer, key, steps)
+        return self.climb("learner", expert_policy, reward, answer, key, steps)
 
     def starts(self, key: PRNGKeyArray) -> PyTree:
         """A batch of initial states."""
@@ -160,21 +162,21 @@ class Pathwise(eqx.Module):
 
     def climb(
         self,
-        side: Literal["learner", "expert"],
-        joint: Callable[[PolicyNetwork], Sides[PolicyNetwork]],
+        side: Side,
+        other: PolicyNetwork,
         reward: TransitionReward,
         ascent: Ascent,
         key: PRNGKeyArray,
         steps: int,
     ) -> Ascent:
-        """`steps` steps of one side alone along the return of `joint`(its policy), the other side standing still."""
+        """`steps` steps of one side alone along its return under `reward`, against the `other` side's policy."""
         optimiser: optax.GradientTransformation = getattr(self.optimiser, side)
 
         def one_step(ascent: Ascent, key: PRNGKeyArray) -> tuple[Ascent, None]:
             starts = self.starts(key)
 
             def value(policy: PolicyNetwork) -> Array:
-                return mean_return(reward, episodes_from(self.game, joint(policy), starts), self.discount)
+                return mean_return(reward, episodes_from(self.game, joint(side, policy, other), starts), self.discount)
 
             return moved(optimiser, ascent, jax.grad(value)(ascent.policy)), None
 
@@ -226,6 +228,11 @@ def steps_taken(ascent: Ascent) -> Int[Array, ""]:
     return optax.tree.get(
         ascent.optimiser, "count", filtering=lambda path, _: path[-1].tuple_name == "ScaleByScheduleState"
     )
+
+
+def joint(side: Side, policy: PolicyNetwork, other: PolicyNetwork) -> Sides[PolicyNetwork]:
+    """The joint policy in which `side` plays `policy` and the other side `other`."""
+    return Sides(policy, other) if side == "learner" else Sides(other, policy)
 
 
 def policies_of(solution: Sides[Ascent]) -> Sides[PolicyNetwork]:

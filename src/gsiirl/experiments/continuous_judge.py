@@ -5,15 +5,14 @@ iteration; what is chosen by its return, as a best response is, is chosen on as 
 sums under the true rewards.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Literal
+from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray
 
 from gsiirl.continuous_learner import gaps_of_episodes
-from gsiirl.equilibria.pathwise import Ascent, TransitionReward, episodes_from, mean_return, policies_of
+from gsiirl.equilibria.pathwise import Ascent, Side, TransitionReward, episodes_from, joint, mean_return, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.evaluation.transition_similarity import epic, pearson
 from gsiirl.evaluation.truth import named
@@ -96,16 +95,16 @@ class Judge:
         self, learner_policy: PolicyNetwork, known: Sequence[PolicyNetwork], key: PRNGKeyArray
     ) -> PolicyNetwork:
         """The true expert's best response to a learner's policy, searched for from `known` and from random ones."""
-        return self._best("expert", lambda policy: Sides(learner_policy, policy), known, key)
+        return self._best("expert", learner_policy, known, key)
 
     def best_answer(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> PolicyNetwork:
         """Likewise the learner's, under the true rewards, to the expert's policy."""
-        return self._best("learner", lambda policy: Sides(policy, policies.expert), (policies.learner,), key)
+        return self._best("learner", policies.expert, (policies.learner,), key)
 
     def _best(
         self,
-        side: Literal["learner", "expert"],
-        joint: Callable[[PolicyNetwork], Sides[PolicyNetwork]],
+        side: Side,
+        other: PolicyNetwork,
         known: Sequence[PolicyNetwork],
         key: PRNGKeyArray,
     ) -> PolicyNetwork:
@@ -113,10 +112,11 @@ class Judge:
         reward: TransitionReward = getattr(self.problem.true_rewards, side)
 
         def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
-            return self._tester.climb(side, joint, reward, start, key, steps)
+            return self._tester.climb(side, other, reward, start, key, steps)
 
         def worth(policy: PolicyNetwork) -> Array:
-            return getattr(self.returns(episodes_from(self.problem.game, joint(policy), self._others)), side)
+            episodes = episodes_from(self.problem.game, joint(side, policy, other), self._others)
+            return getattr(self.returns(episodes), side)
 
         trial_key, rest_key = jax.random.split(key)
         fresh = [self._tester.init(jax.random.fold_in(key, number)) for number in range(STARTS - len(known))]

@@ -37,7 +37,7 @@ BLUNT = 0.25
 """Below this distance a distance feature is round, not pointed."""
 WIDTHS = (0.1, 0.2, 0.4)
 NEAR_UNIT = 40.0
-"""Of the human's features of nearness: with it their weights are of the size of the places'."""
+"""Of the human's features of nearness: a small weight of theirs is a high price of being near."""
 
 
 class HumanFeatures(AbstractTransitionFeatures):
