@@ -74,7 +74,7 @@ def main() -> None:
 
     def begin(seed: jax.Array) -> Any:
         keys = jax.random.split(jax.random.key(seed), 4)
-        state = eqx.tree_at(lambda state: state.expert_parameters, learner.init(keys[0]), truth)
+        state = eqx.tree_at(lambda at: (at.expert_parameters, at.iterate), learner.init(keys[0]), (truth, truth))
         return state, [expert.init(key, learner.propose(state)) for key in keys[1:3]], keys[3]
 
     def live(carry: Any, iteration: jax.Array) -> Any:

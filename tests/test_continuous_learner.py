@@ -208,9 +208,9 @@ def test_an_expert_that_has_learned_its_reward_shows_hardly_a_gap_at_it_and_a_wi
     def moved(sign: float) -> float:
         truth = sign * state.expert_parameters
         seen, _ = expert_like(state, played, lambda seen: EXPERT(state.expert_parameters, seen), 400)
-        at = eqx.tree_at(lambda one: one.expert_parameters, state, truth)
+        at = eqx.tree_at(lambda one: one.iterate, state, truth)
         after = jax.jit(learner.update)(at, played, seen, jax.random.key(3))
-        return float(jnp.linalg.norm(after.expert_parameters - truth))
+        return float(jnp.linalg.norm(after.iterate - truth))
 
     assert moved(1.0) < 0.3 * moved(-1.0)
 
@@ -252,9 +252,31 @@ def test_who_explores_acts_for_the_own_reward_alone_in_every_third_interaction(l
             np.testing.assert_array_equal(found, wanted)
 
 
+def test_the_estimate_is_the_mean_of_what_the_lower_level_came_to_later_iterations_weighing_more(lived):
+    learner, states, _ = lived
+    wide = dataclasses.replace(learner, inner_loop=dataclasses.replace(learner.inner_loop, on_sphere=False))
+    iterates = np.asarray(jax.random.uniform(jax.random.key(0), (6, states.iterate.shape[-1])), float) / 10.0
+    state = jax.tree.map(lambda leaf: leaf[0, -1], states)
+    for number, iterate in enumerate(iterates):
+        estimate = wide._averaged(state, jnp.asarray(iterate, jnp.float32), jnp.asarray(number))
+        state = dataclasses.replace(state, expert_parameters=estimate)
+    # (k + 1)(k + 2)(k + 3): a cube, up to lower powers.
+    weights = np.asarray([(number + 1) * (number + 2) * (number + 3) for number in range(6)], float)
+    np.testing.assert_allclose(estimate, weights @ iterates / weights.sum(), atol=1e-6)
+    # And in a learner's life it lies between the one before and the newest iterate.
+    before, newest, after = states.expert_parameters[:, 3], states.iterate[:, 4], states.expert_parameters[:, 4]
+    np.testing.assert_allclose(after, before + 0.5 * (newest - before), atol=1e-6)
+
+
+def test_the_papers_learner_believes_its_newest_iterate(lived):
+    _, states, _ = lived
+    paper, state = make(**PAPER), jax.tree.map(lambda leaf: leaf[0, -1], states)
+    np.testing.assert_array_equal(paper._averaged(state, 0.5 * state.iterate, jnp.asarray(4)), 0.5 * state.iterate)
+
+
 def test_parameters_stay_in_the_unit_ball(lived):
     _, states, _ = lived
-    for parameters in (states.commitment, states.expert_parameters):
+    for parameters in (states.commitment, states.expert_parameters, states.iterate):
         assert float(jnp.max(jnp.linalg.norm(parameters, axis=-1))) <= 1.0 + 1e-6
 
 

@@ -4,8 +4,9 @@ For k = 0, …, K − 1, with the forward model a pair of networks π(k) that go
 
     D_k        ← the expert's demonstrations while the learner plays π_l(k)       line 4, into the memory
     θ_e(k+1)   ← t_k projected steps along −((μ_e(π') − μ̂_e(D)) + λθ_e)           lines 5-9
+    θ̄_e(k+1)   ← the mean of θ_e(1), …, θ_e(k+1), later ones weighing more (in `paper`: θ_e(k+1) itself)
     θ_l(k+1)   ← the r_ld fitted to the values read (in `paper`: a step along ∇f) lines 11-15
-    π(k+1)     ← `solver_steps` steps of the forward model at (θ_l(k+1), θ_e(k+1)), from π(k)
+    π(k+1)     ← `solver_steps` steps of the forward model at (θ_l(k+1), θ̄_e(k+1)), from π(k)
 
 Deterministic policies have no likelihood: Lemma 1's gradient is then that of feature matching, with
 μ(π) = E[Σ_t γ^t ∇_θ r^θ] in units of `expert_reward.scale`. π' is by `lower_level`
@@ -22,6 +23,9 @@ have several equilibria (who lets whom pass), and the model must be at the one t
 With `played` the learner also explores: in every third interaction it plays the policy of a second forward model at
 θ_l = 0, which acts for r_li alone. An expert that only meets the policy that the model holds for best need never show
 that it would answer another one otherwise.
+
+θ_e swings around what fits, from one set of remembered interactions to the next, and policies that followed it would
+swing with it. The mean θ̄_e is the estimate of the expert's reward, and what the forward model follows.
 
 μ_e(π') is taken from the same initial states as D: dynamics and policies are deterministic, so that what is left of the
 difference is how the modelled expert differs from the real one, and not which episodes were drawn.
@@ -57,6 +61,9 @@ from gsiirl.types import Sides, Transition
 
 EXPLORING_EVERY = 3
 """One of as many interactions is played for r_li alone, where the learner explores."""
+
+AVERAGING = 3.0
+"""θ_e(k) weighs about k^`AVERAGING` in the mean over iterations (Shamir and Zhang 2013, polynomial-decay averaging)."""
 
 FAR = 10.0
 """How many times the sampling noise the forward model's expert may be off before it is set to what was seen."""
@@ -102,12 +109,14 @@ class GradientSteps(eqx.Module):
 class ContinuousState(eqx.Module):
     """What the learner carries from one iteration to the next.
 
-    `commitment` θ_l is the reward to act on; `solution` the forward model at (θ_l, θ_e); `explorer`, of a learner that
-    explores, the one at (0, θ_e). `upper` is what `GradientSteps` remember.
+    `commitment` θ_l is the reward to act on; `expert_parameters` θ̄_e the estimate of the expert's; `iterate` θ_e, from
+    which the lower level goes on. `solution` is the forward model at (θ_l, θ̄_e); `explorer`, of a learner that
+    explores, the one at (0, θ̄_e). `upper` is what `GradientSteps` remember.
     """
 
     commitment: Float[Array, " n"]
     expert_parameters: Float[Array, " m"]
+    iterate: Float[Array, " m"]
     solution: Sides[Ascent]
     explorer: Sides[Ascent] | None
     memory: Memory[Lived]
@@ -153,6 +162,7 @@ class ContinuousGSIIRL(eqx.Module):
         return ContinuousState(
             commitment=commitment,
             expert_parameters=expert_parameters,
+            iterate=expert_parameters,
             solution=solution,
             explorer=solution if self.lower_level == "played" else None,
             memory=Memory.empty(self.remembered, Lived(solution.learner.policy, episodes, solution.expert.policy)),
@@ -186,7 +196,8 @@ class ContinuousGSIIRL(eqx.Module):
         iteration = state.memory.count
         newest = Lived(learner_policy, demonstrations, self._cloned(state, demonstrations, clone_key))
         memory = state.memory.remember(memory_key, newest)
-        expert_parameters, lower_optimiser = self._lower(state, memory, lower_key, iteration)
+        iterate, lower_optimiser = self._lower(state, memory, lower_key, iteration)
+        expert_parameters = self._averaged(state, iterate, iteration)
         accessed = self._read(state.accessed, demonstrations)
         fitted = accessed.solve(self.regularisation)
         commitment, upper = fitted, None
@@ -204,6 +215,7 @@ class ContinuousGSIIRL(eqx.Module):
         return ContinuousState(
             commitment=commitment,
             expert_parameters=expert_parameters,
+            iterate=iterate,
             solution=solution,
             explorer=explorer,
             memory=memory,
@@ -255,7 +267,7 @@ class ContinuousGSIIRL(eqx.Module):
         self, state: ContinuousState, memory: Memory[Lived], key: PRNGKeyArray, iteration: Int[Array, ""]
     ) -> tuple[Array, optax.OptState]:
         """θ_e and its optimiser's state after t_k steps, with what is compared going on beside it."""
-        fitting = (state.expert_parameters, state.lower_optimiser)
+        fitting = (state.iterate, state.lower_optimiser)
         if self.lower_level == "equilibrium":
             newest = jax.tree.map(lambda leaf: leaf[0], memory.kept.demonstrations)
 
@@ -271,7 +283,7 @@ class ContinuousGSIIRL(eqx.Module):
             return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_step, (fitting, state.solution))[0]
 
         used_key, fit_key = jax.random.split(key)
-        modelled = self.rewards(state.commitment, state.expert_parameters).expert
+        modelled = self.rewards(state.commitment, state.iterate).expert
 
         def one_played_step(number: Array, carry: tuple[Any, Ascent]) -> tuple[Any, Ascent]:
             (theta, optimiser), responses = carry
@@ -288,6 +300,13 @@ class ContinuousGSIIRL(eqx.Module):
 
         responses = jax.vmap(lambda lived: self.response(lived, modelled, used_key))(memory.kept)
         return jax.lax.fori_loop(0, self.inner_loop.steps(iteration), one_played_step, (fitting, responses))[0]
+
+    def _averaged(self, state: ContinuousState, iterate: Array, iteration: Int[Array, ""]) -> Array:
+        """θ̄_e after iteration k: θ̄_e + (η + 1)/(k + η + 1) (θ_e − θ̄_e), on the sphere where θ_e is."""
+        if self.lower_level == "equilibrium":
+            return iterate
+        share = (AVERAGING + 1.0) / (iteration.astype(iterate.dtype) + AVERAGING + 1.0)
+        return self.inner_loop.projected(state.expert_parameters + share * (iterate - state.expert_parameters))
 
     def _fitted(self, gap: Array, theta: Array, optimiser: optax.OptState) -> tuple[Array, optax.OptState]:
         """θ_e and its optimiser's state after one step along the gap and the regularisation."""

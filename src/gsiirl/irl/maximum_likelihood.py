@@ -44,9 +44,12 @@ class MaximumLikelihood(eqx.Module):
         """One projected step along `gradient` = ∇L; on the sphere along its part across θ_e."""
         gradient = across(gradient, parameters) if self.on_sphere else gradient
         step, optimiser_state = self.optimiser.update(self.temperature * gradient, optimiser_state, parameters)
-        stepped = optax.apply_updates(parameters, step)
+        return self.projected(optax.apply_updates(parameters, step)), optimiser_state
+
+    def projected(self, parameters: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Onto the unit ball, or its surface."""
         project = optax.projections.projection_l2_sphere if self.on_sphere else optax.projections.projection_l2_ball
-        return project(stepped, 1.0), optimiser_state
+        return project(parameters, 1.0)
 
 
 def across(gradient: Float[Array, " m"], parameters: Float[Array, " m"]) -> Float[Array, " m"]:
