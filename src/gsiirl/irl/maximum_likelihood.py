@@ -1,6 +1,7 @@
 """The lower level: projected gradient steps on θ_e (Algorithm 1, lines 5-8)."""
 
 from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -44,7 +45,8 @@ class MaximumLikelihood(eqx.Module):
         """One projected step along `gradient` = ∇L; on the sphere along its part across θ_e."""
         gradient = across(gradient, parameters) if self.on_sphere else gradient
         step, optimiser_state = self.optimiser.update(self.temperature * gradient, optimiser_state, parameters)
-        return self.projected(optax.apply_updates(parameters, step)), optimiser_state
+        stepped: Any = optax.apply_updates(parameters, step)
+        return self.projected(stepped), optimiser_state
 
     def projected(self, parameters: Float[Array, " m"]) -> Float[Array, " m"]:
         """Onto the unit ball, or its surface."""
