@@ -117,8 +117,10 @@ def by_reward(
     bilevel = Bilevel(expert.game, own, dependent, reward, reward, Logit(temperature), temperature, discount)
     learner = RewardGSIIRL.create(bilevel)
     start, key = jax.random.split(jax.random.key(0))
-    state, _ = interact(learner, expert, learner.init(start), key, 0, iterations, trajectories, lambda *_: {})
-    return learner.propose(state).policies.learner
+    (state, _), _ = interact(
+        learner, expert, (learner.init(start), None), key, 0, iterations, trajectories, lambda _: {}
+    )
+    return learner.forward(state).policies.learner
 
 
 def run_earlier(game: oracle.FiniteGame, iterations: int, trajectories: int) -> dict:

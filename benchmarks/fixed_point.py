@@ -23,14 +23,13 @@ import numpy as np
 from scipy.stats import chi2
 
 from gsiirl.continuous_learner import Lived
-from gsiirl.equilibria.pathwise import episodes_from
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.experiments import crossing_problem, deception_problem
 from gsiirl.experiments.continuous_problem import ContinuousProblem
 from gsiirl.experiments.continuous_run import expert_of, learner_of
 from gsiirl.experiments.crossing import CrossingConfig
 from gsiirl.experiments.deception import DeceptionConfig
-from gsiirl.games.rollout import initial_states
+from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.types import Sides
 
 PLACES = 4000
@@ -75,15 +74,16 @@ def main() -> None:
     def begin(seed: jax.Array) -> Any:
         keys = jax.random.split(jax.random.key(seed), 4)
         state = eqx.tree_at(lambda at: (at.expert_parameters, at.iterate), learner.init(keys[0]), (truth, truth))
-        return state, [expert.init(key, learner.propose(state)) for key in keys[1:3]], keys[3]
+        return state, [expert.init(key, learner.propose(state).policy) for key in keys[1:3]], keys[3]
 
     def live(carry: Any, iteration: jax.Array) -> Any:
         state, (real, apart), key = carry
         keys = jax.random.split(jax.random.fold_in(key, iteration), 4)
-        played = learner.propose(state)
-        real, seen = expert.demonstrate(real, played, config.trajectories, keys[0])
+        proposal = learner.propose(state)
+        real, met = expert.meet(real, proposal, config.trajectories, keys[0])
+        played = proposal.policy
         apart = expert.adapt(apart, played, keys[1])
-        after = learner.update(state, played, seen, keys[2])
+        after = learner.update(state, met, keys[2])
         newest: Lived = jax.tree.map(lambda leaf: leaf[0], after.memory.kept)
         modelled = learner.response(newest, problem.true_expert_reward, keys[3])
         starts = initial_states(problem.game, jax.random.key(2), arguments.episodes)

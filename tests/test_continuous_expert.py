@@ -5,9 +5,12 @@ import numpy as np
 import pytest
 
 from gsiirl.continuous_expert import POLICIES, ContinuousRespondingExpert, Habits
-from gsiirl.equilibria.pathwise import Pathwise, episodes_from, mean_return
+from gsiirl.equilibria.pathwise import Pathwise
 from gsiirl.games import Crossing
+from gsiirl.games.rollout import episodes_from
+from gsiirl.interaction import Proposal
 from gsiirl.rewards import crossing as rewards
+from gsiirl.rewards.continuous import mean_return
 from gsiirl.types import Sides
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
@@ -58,7 +61,9 @@ def test_it_plays_the_policy_that_earns_it_most_when_another_is_stuck(practised,
 
 def test_its_demonstrations_are_played_by_the_policy_it_has_chosen(practised):
     learner_policy, habits = practised
-    adapted, seen = jax.jit(expert(1, 1).demonstrate, static_argnums=2)(habits, learner_policy, 3, jax.random.key(5))
+    meet = jax.jit(expert(1, 1).meet, static_argnums=2)
+    adapted, met = meet(habits, Proposal(learner_policy), 3, jax.random.key(5))
+    seen = met.demonstrations
     starts = jax.tree.map(lambda leaf: leaf[:, 0], seen.state)
     again = episodes_from(GAME, Sides(learner_policy, adapted.policy), starts)
     np.testing.assert_allclose(seen.actions.expert, again.actions.expert, atol=1e-6)

@@ -11,16 +11,17 @@ import pytest
 
 from gsiirl import continuous_learner
 from gsiirl.continuous_expert import ContinuousRespondingExpert
-from gsiirl.continuous_learner import ContinuousGSIIRL, GradientSteps, first_states, reward_gap
-from gsiirl.equilibria.pathwise import Pathwise, episodes_from, mean_return, policies_of
+from gsiirl.continuous_learner import ContinuousGSIIRL, GradientSteps
+from gsiirl.equilibria.pathwise import Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.games import Crossing
-from gsiirl.games.rollout import initial_states
+from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.hypergradients import SPSA
+from gsiirl.irl.feature_gap import first_states, reward_gap
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.rewards import crossing as rewards
-from gsiirl.rewards.continuous import LinearTransitionReward
-from gsiirl.types import Sides
+from gsiirl.rewards.continuous import LinearTransitionReward, mean_return
+from gsiirl.types import Interaction, Sides
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
 
@@ -70,12 +71,11 @@ def live(learner: ContinuousGSIIRL, seed: jax.Array, rounds: int):
     def one(carry, number):
         state, habits = carry
         demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, number))
-        played = learner.propose(state)
-        habits, seen = expert.demonstrate(habits, played, learner.trajectories, demonstration_key)
-        state = learner.update(state, played, seen, update_key)
-        return (state, habits), (state, seen)
+        habits, met = expert.meet(habits, learner.propose(state), learner.trajectories, demonstration_key)
+        state = learner.update(state, met, update_key)
+        return (state, habits), (state, met.demonstrations)
 
-    return jax.lax.scan(one, (start, expert.init(key, learner.propose(start))), jnp.arange(rounds))[1]
+    return jax.lax.scan(one, (start, expert.init(key, learner.propose(start).policy)), jnp.arange(rounds))[1]
 
 
 @pytest.fixture(scope="module")
@@ -89,8 +89,7 @@ def test_nothing_that_is_passed_to_the_learner_can_hold_the_experts_reward():
     assert list(inspect.signature(ContinuousGSIIRL.update).parameters) == [
         "self",
         "state",
-        "learner_policy",
-        "demonstrations",
+        "interaction",
         "key",
     ]
     functions = [leaf for leaf in jax.tree.leaves(make(), is_leaf=callable) if callable(leaf)]
@@ -146,7 +145,7 @@ def test_the_model_that_is_played_to_explore_acts_on_no_commitment(lived):
     def after(own_reward) -> Any:
         one = dataclasses.replace(learner, own_reward=own_reward)
         state = one.init(jax.random.key(0))
-        return jax.jit(one.update)(state, one.policy(state), episodes, jax.random.key(1))
+        return jax.jit(one.update)(state, Interaction(one.policy(state), episodes), jax.random.key(1))
 
     # A learner without a reward of its own has nothing to act for, once it commits to nothing.
     idle = after(lambda seen: 0.0 * rewards.own_reward(seen))
@@ -178,7 +177,7 @@ def test_a_response_starts_from_what_the_expert_was_seen_to_do_and_climbs_the_re
     state = learner.init(jax.random.key(0))
     played = SOLVER.init(jax.random.key(1)).learner.policy
     seen, _ = expert_like(state, played, rewards.human_reward, 100)
-    after = jax.jit(learner.update)(state, played, seen, jax.random.key(3))
+    after = jax.jit(learner.update)(state, Interaction(played, seen), jax.random.key(3))
     newest = jax.tree.map(lambda leaf: leaf[0], after.memory.kept)
     copied = episodes_from(GAME, Sides(played, newest.clone), first_states(seen))
     np.testing.assert_allclose(copied.actions.expert, seen.actions.expert, atol=0.05)
@@ -209,7 +208,7 @@ def test_an_expert_that_has_learned_its_reward_shows_hardly_a_gap_at_it_and_a_wi
         truth = sign * state.expert_parameters
         seen, _ = expert_like(state, played, lambda seen: EXPERT(state.expert_parameters, seen), 400)
         at = eqx.tree_at(lambda one: one.iterate, state, truth)
-        after = jax.jit(learner.update)(at, played, seen, jax.random.key(3))
+        after = jax.jit(learner.update)(at, Interaction(played, seen), jax.random.key(3))
         return float(jnp.linalg.norm(after.iterate - truth))
 
     assert moved(1.0) < 0.3 * moved(-1.0)
@@ -226,7 +225,7 @@ def test_the_expert_of_the_model_that_was_played_does_what_the_real_one_did_wher
     episodes = jax.tree.map(lambda leaf: leaf[0, 0], seen)
     before = jax.tree.map(lambda leaf: leaf[0, -1], states)
     before = eqx.tree_at(lambda one: one.memory.count, before, jnp.asarray(count, jnp.int32))
-    after = jax.jit(still.update)(before, still.propose(before), episodes, jax.random.key(1))
+    after = jax.jit(still.update)(before, Interaction(still.propose(before).policy, episodes), jax.random.key(1))
     clone = jax.tree.map(lambda leaf: leaf[0], after.memory.kept.clone)
     own, untouched = (before.explorer, before.solution) if explored else (before.solution, before.explorer)
     found, other = (after.explorer, after.solution) if explored else (after.solution, after.explorer)
@@ -248,7 +247,7 @@ def test_who_explores_acts_for_the_own_reward_alone_in_every_third_interaction(l
         expected = learner.policy(at)
         if exploring and count % 3 == 2:
             expected = at.explorer.learner.policy
-        for found, wanted in zip(jax.tree.leaves(learner.propose(at)), jax.tree.leaves(expected), strict=True):
+        for found, wanted in zip(jax.tree.leaves(learner.propose(at).policy), jax.tree.leaves(expected), strict=True):
             np.testing.assert_array_equal(found, wanted)
 
 

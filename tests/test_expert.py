@@ -12,7 +12,7 @@ def test_a_responding_expert_plays_its_soft_best_response():
     problem = tiny_problem(commitment="reward")
     learner, expert = problem.reward_learner, problem.expert
     assert isinstance(expert, RespondingExpert)
-    played = learner.propose(learner.init(jax.random.key(0))).policies.learner
+    played = learner.forward(learner.init(jax.random.key(0))).policies.learner
     answer = respond(problem.game, played, expert.reward, expert.temperature, expert.discount).policy
     np.testing.assert_array_equal(expert.policy(played), answer)
     reward = learner.expert_reward
@@ -27,7 +27,7 @@ def test_a_responding_expert_plays_its_soft_best_response():
 def test_a_simulated_expert_plays_the_equilibrium_of_what_it_is_told_and_of_its_own_reward():
     problem = tiny_problem(commitment="reward")
     learner, forward_model = problem.reward_learner, problem.truth.forward_model
-    told = learner.committed_reward(learner.init(jax.random.key(0)))
+    told = learner.propose(learner.init(jax.random.key(0))).reward
     expert = SimulatedExpert(problem.game, problem.expert.reward, forward_model, 0.95)
     policies = forward_model.solve(problem.game, Sides(told, problem.expert.reward), 0.95).policies
     reward = learner.expert_reward

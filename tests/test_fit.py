@@ -29,6 +29,7 @@ from small_games import (
 
 from gsiirl import GSIIRL, FitWarning, InputError, Problem, RespondingExpert, load
 from gsiirl import fit as fit_module
+from gsiirl import interaction as interaction_module
 from gsiirl.result import Result, Results
 from gsiirl.types import Sides, Trajectories
 
@@ -185,8 +186,9 @@ def test_another_game_another_temperature_and_another_seed_compile_nothing(learn
 
 
 def compiled_functions() -> dict[str, Any]:
-    names = ("_start", "_round_keys", "_propose", "_update", "_end", "_demonstrate")
-    return {name: getattr(fit_module, name) for name in names}
+    once = {name: getattr(fit_module, name) for name in ("_report", "_end")}
+    rounds = ("_start", "_greet", "_round_keys", "_meet", "_update")
+    return once | {name: getattr(interaction_module, name)._cached for name in rounds}
 
 
 @pytest.mark.slow

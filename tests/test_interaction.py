@@ -1,4 +1,6 @@
+import ast
 import dataclasses
+from pathlib import Path
 
 import equinox as eqx
 import jax
@@ -10,7 +12,7 @@ from problems import tiny_problem
 from gsiirl import interaction
 from gsiirl.expert import SimulatedExpert
 from gsiirl.hypergradients import Implicit
-from gsiirl.interaction import live
+from gsiirl.interaction import interact, live
 from gsiirl.types import Sides, Trajectories
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
@@ -60,16 +62,18 @@ class Simpleton:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("response", "interactions"), [("well_specified", 1), ("measured", 3)])
-def test_a_traced_expert_in_chunks_and_a_stranger_round_by_round_teach_the_same(
-    problem, monkeypatch, response, interactions
-):
-    monkeypatch.setattr(interaction, "CHUNK", 2)
+def test_one_scan_single_rounds_and_a_stranger_asked_round_by_round_teach_the_same(problem, response, interactions):
     learner = dataclasses.replace(problem.reward_learner, hypergradient=Implicit(response))
     learned = learner.fit(problem.expert, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
-    stranger = Stranger(problem.expert)
-    told = live(learner, stranger, ITERATIONS, TRAJECTORIES, seed=5, progress=False)
-    for one, other in zip(jax.tree.leaves(learned.state), jax.tree.leaves(told), strict=True):
-        np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
+    keys, stranger = jax.random.split(jax.random.key(5)), Stranger(problem.expert)
+    *_, told = live(learner, stranger, keys[None], ITERATIONS, TRAJECTORIES, progress=False)
+    start = learner.init(keys[0]), None
+    scanned = jax.jit(
+        lambda: interact(learner, problem.expert, start, keys[1], 0, ITERATIONS, TRAJECTORIES, lambda met: {})[0][0]
+    )()
+    for one, *others in zip(*map(jax.tree.leaves, (learned.state, scanned, told.states)), strict=True):
+        for other in others:
+            np.testing.assert_allclose(one, np.reshape(other, one.shape), rtol=0, atol=1e-9)
     assert stranger.asked == interactions * ITERATIONS * TRAJECTORIES
     # What was learned is told in reward units.
     scale = problem.reward_learner.expert_reward.scale
@@ -102,10 +106,21 @@ def test_a_simulated_expert_is_told_the_commitment_and_the_learner_estimates_wha
     expert = Listening(problem.game, problem.expert.reward, learner.bilevel.forward_model, 0.95)
     state = learner.init(jax.random.key(3))
     proposal = learner.propose(state)
-    played, _ = interaction._meet(learner, expert, state, proposal, TRAJECTORIES, jax.random.key(0))
-    np.testing.assert_allclose(told[0], learner.committed_reward(state).dense(), atol=1e-12)
+    played = expert.meet(None, proposal, TRAJECTORIES, jax.random.key(0))[1].learner_policy
+    np.testing.assert_allclose(told[0], learner.bilevel.committed_reward(state.commitment).dense(), atol=1e-12)
     # Made of counts, of 20 trajectories and one visit before; what was never seen stays as proposed.
-    proposed = proposal.policies.learner
+    proposed = proposal.policy
     expected = (TRAJECTORIES * jax.nn.one_hot(0, proposed.shape[-1])[None, :] + proposed[:, 0]) / (TRAJECTORIES + 1)
     np.testing.assert_allclose(played[:, 0], expected, atol=1e-12)
     np.testing.assert_allclose(played[:, 1:], proposed[:, 1:], atol=1e-12)
+
+
+def test_learners_and_experts_meet_in_one_place_alone():
+    source = Path(interaction.__file__).parent
+    callers = {
+        path.relative_to(source).as_posix()
+        for path in source.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "meet"
+    }
+    assert callers == {"interaction.py"}

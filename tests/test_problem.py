@@ -366,7 +366,7 @@ def test_without_features_every_state_and_joint_action_has_a_weight_of_its_own()
     assert names[0] == "state 0, learner 0, expert 0"
     assert names[-1] == "state 2, learner 1, expert 2"
     # In the order of the table's entries.
-    assert names[np.ravel_multi_index((1, 0, 2), JOINT)] == "state 1, learner 0, expert 2"
+    assert names[int(np.ravel_multi_index((1, 0, 2), JOINT))] == "state 1, learner 0, expert 2"
 
 
 def test_lists_tuples_and_single_precision_are_read_as_numbers() -> None:

@@ -42,7 +42,7 @@ class Runs(eqx.Module):
     def _advance(self, seed: jax.Array, state: RewardLearnerState, first: jax.Array) -> RewardLearnerState:
         learner, expert = self.problem.reward_learner, self.problem.expert
         key = jax.random.key(1000 + seed)
-        return interact(learner, expert, state, key, first, ITERATIONS, TRAJECTORIES, lambda state, proposal: {})[0]
+        return interact(learner, expert, (state, None), key, first, ITERATIONS, TRAJECTORIES, lambda met: {})[0][0]
 
     @eqx.filter_jit
     def one(self, seed: jax.Array, state: RewardLearnerState, first: jax.Array) -> RewardLearnerState:
@@ -68,7 +68,7 @@ def numbers_in(tree: object) -> set[float]:
 
 def an_interaction(problem: SecurityProblem, state: RewardLearnerState) -> Interaction:
     assert isinstance(problem.expert, RespondingExpert)
-    played = problem.reward_learner.propose(state).policies.learner
+    played = problem.reward_learner.forward(state).policies.learner
     return Interaction(played, problem.expert.demonstrate(played, TRAJECTORIES, jax.random.key(5)))
 
 
@@ -134,7 +134,7 @@ def test_the_learner_ends_at_least_where_marl_does_and_finds_the_rewards(problem
 
     @jax.jit
     def judged(state):
-        return problem.truth.evaluate(problem.reward_learner.propose(state).policies)["deployed_return_learner"]
+        return problem.truth.evaluate(problem.reward_learner.forward(state).policies)["deployed_return_learner"]
 
     marl = float(eqx.filter_jit(problem.truth.references)()["truth_return_learner"])
     deployed = jnp.stack([judged(jax.tree.map(lambda leaf, k=k: leaf[k], states)) for k in range(SEEDS)])
@@ -200,7 +200,7 @@ def test_the_measured_slope_is_the_change_of_what_the_expert_shows(problem):
     answers = jax.vmap(lambda probe: an_interaction(problem, probe).demonstrations)(probes)
     seen = jax.vmap(measuring._demonstrated)(answers)
     move = probes.commitment[0] - probes.commitment[1]
-    jacobian = measuring._measured(state, Interaction(measuring.propose(state).policies.learner, answers, answers), key)
+    jacobian = measuring._measured(state, Interaction(measuring.forward(state).policies.learner, answers, answers), key)
     size = move.shape[0]
     np.testing.assert_allclose(jacobian @ move / size, seen[0] - seen[1], atol=1e-12)
 
@@ -230,7 +230,7 @@ def test_the_papers_preset_takes_the_papers_steps_on_the_newest_demonstrations_a
     bilevel = paper.bilevel
     seen = paper._demonstrated(interaction.demonstrations)
     # Line 6, one step: μ_e under the forward model at both estimates, against the newest demonstrations.
-    modelled = reward_gradient_expectation(bilevel.game, bilevel.expert_reward, paper.propose(before).policies, 0.95)
+    modelled = reward_gradient_expectation(bilevel.game, bilevel.expert_reward, paper.forward(before).policies, 0.95)
     gradient = (modelled - seen) / 0.4 + 1e-3 * before.expert_parameters
     stepped = before.expert_parameters - 0.02 * 0.4 * gradient
     np.testing.assert_allclose(state.expert_parameters, stepped / max(1.0, jnp.linalg.norm(stepped)), atol=1e-12)

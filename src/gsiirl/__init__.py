@@ -1,22 +1,30 @@
 """General-sum interactive inverse reinforcement learning: learn an expert's reward by living with it."""
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gsiirl._version import __version__ as __version__
 from gsiirl.errors import FitWarning as FitWarning
 from gsiirl.errors import InputError as InputError
 
-_MODULES = (
-    "baselines",
-    "equilibria",
-    "evaluation",
-    "games",
-    "hypergradients",
-    "irl",
-    "rewards",
-    "scenarios",
-)
+if TYPE_CHECKING:
+    from gsiirl import baselines as baselines
+    from gsiirl import equilibria as equilibria
+    from gsiirl import evaluation as evaluation
+    from gsiirl import games as games
+    from gsiirl import hypergradients as hypergradients
+    from gsiirl import irl as irl
+    from gsiirl import rewards as rewards
+    from gsiirl import scenarios as scenarios
+    from gsiirl.bilevel import Bilevel as Bilevel
+    from gsiirl.experiments.loading import load as load
+    from gsiirl.expert import RespondingExpert as RespondingExpert
+    from gsiirl.expert import SimulatedExpert as SimulatedExpert
+    from gsiirl.fit import GSIIRL as GSIIRL
+    from gsiirl.problem import Problem as Problem
+    from gsiirl.reward_learner import RewardGSIIRL as RewardGSIIRL
+
+_MODULES = ("baselines", "equilibria", "evaluation", "games", "hypergradients", "irl", "rewards", "scenarios")
 _MEMBERS = {
     "Bilevel": "gsiirl.bilevel",
     "GSIIRL": "gsiirl.fit",
@@ -30,13 +38,15 @@ _MEMBERS = {
 __all__ = ["FitWarning", "InputError", "__version__", *_MODULES, *_MEMBERS]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
-def __getattr__(name: str) -> Any:
-    # Imported when first used: the command line and the run folders do without JAX.
-    if name in _MODULES:
-        return importlib.import_module(f"gsiirl.{name}")
-    if name in _MEMBERS:
-        return getattr(importlib.import_module(_MEMBERS[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+if not TYPE_CHECKING:  # a type checker would take every name for Any
+
+    def __getattr__(name: str) -> Any:
+        # Imported when first used: the command line and the run folders do without JAX.
+        if name in _MODULES:
+            return importlib.import_module(f"gsiirl.{name}")
+        if name in _MEMBERS:
+            return getattr(importlib.import_module(_MEMBERS[name]), name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -5,10 +5,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int, PRNGKeyArray
 
-from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from, mean_return
+from gsiirl.equilibria.pathwise import Ascent, Pathwise
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.games.rollout import initial_states
-from gsiirl.types import Sides, Transition
+from gsiirl.games.rollout import episodes_from, initial_states
+from gsiirl.interaction import AbstractExpert, Proposal
+from gsiirl.rewards.continuous import TransitionReward, mean_return
+from gsiirl.types import Interaction, Sides
 
 POLICIES = 2
 """That an expert practises: ascent from one start alone can get stuck."""
@@ -26,7 +28,7 @@ class Habits(eqx.Module):
         return jax.tree.map(lambda leaf: leaf[self.best], self.practised.policy)
 
 
-class ContinuousRespondingExpert(eqx.Module):
+class ContinuousRespondingExpert(AbstractExpert[Habits]):
     """An expert that plays a best response to the policy that the learner plays, found by its own gradient ascent.
 
     It alone holds the true expert reward. From one interaction to the next it starts from its habits, which are passed
@@ -50,14 +52,13 @@ class ContinuousRespondingExpert(eqx.Module):
         """Its habits after it has got used to `learner_policy`."""
         return self._practised(habits.practised, learner_policy, key, self.steps)
 
-    def demonstrate(
-        self, habits: Habits, learner_policy: PolicyNetwork, number: int, key: PRNGKeyArray
-    ) -> tuple[Habits, Transition]:
-        """Its habits once it is used to `learner_policy`, and `number` episodes of both (axes d, T)."""
+    def meet(self, habits: Habits, proposal: Proposal, number: int, key: PRNGKeyArray) -> tuple[Habits, Interaction]:
+        """Its habits once it is used to the policy offered, and `number` episodes of both (axes d, T)."""
         adapt_key, start_key = jax.random.split(key)
-        adapted = self.adapt(habits, learner_policy, adapt_key)
+        adapted = self.adapt(habits, proposal.policy, adapt_key)
         starts = initial_states(self.solver.game, start_key, number)
-        return adapted, episodes_from(self.solver.game, Sides(learner_policy, adapted.policy), starts)
+        seen = episodes_from(self.solver.game, Sides(proposal.policy, adapted.policy), starts)
+        return adapted, Interaction(proposal.policy, seen)
 
     def _practised(self, before: Ascent, learner_policy: PolicyNetwork, key: PRNGKeyArray, steps: int) -> Habits:
         practice_key, trial_key = jax.random.split(key)

@@ -41,23 +41,18 @@ import optax
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, PyTree
 
 from gsiirl.bilevel import LowerLevel
-from gsiirl.equilibria.pathwise import (
-    Ascent,
-    Pathwise,
-    TransitionReward,
-    episodes_from,
-    mean_return,
-    policies_of,
-)
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.games.rollout import initial_states
+from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.hypergradients import AbstractEstimator, BilevelProblem
+from gsiirl.interaction import AbstractLearner, Proposal
 from gsiirl.irl.cloning import cloned
 from gsiirl.irl.dependent_reward import LeastSquares
+from gsiirl.irl.feature_gap import first_states, gaps_of_episodes, reward_gap
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood
 from gsiirl.irl.memory import Memory
-from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward
-from gsiirl.types import Sides, Transition
+from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward, TransitionReward, mean_return
+from gsiirl.types import Interaction, Sides, Transition
 
 EXPLORING_EVERY = 3
 """One of as many interactions is played for r_li alone, where the learner explores."""
@@ -125,7 +120,7 @@ class ContinuousState(eqx.Module):
     lower_optimiser: optax.OptState
 
 
-class ContinuousGSIIRL(eqx.Module):
+class ContinuousGSIIRL(AbstractLearner[ContinuousState]):
     """GSIIRL in a continuous game.
 
     `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, a
@@ -175,22 +170,20 @@ class ContinuousGSIIRL(eqx.Module):
         """The learner's half of the forward model."""
         return state.solution.learner.policy
 
-    def propose(self, state: ContinuousState) -> PolicyNetwork:
-        """The policy that the learner wants to play next: its own, or at times, if it explores, that for r_li alone."""
+    def propose(self, state: ContinuousState) -> Proposal:
+        """Its own policy, or at times, if it explores, that for r_li alone."""
         if state.explorer is None:
-            return self.policy(state)
-        return chosen(self.explores(state), state.explorer.learner.policy, self.policy(state))
+            return Proposal(self.policy(state))
+        return Proposal(chosen(self.explores(state), state.explorer.learner.policy, self.policy(state)))
 
     def explores(self, state: ContinuousState) -> Bool[Array, ""]:
-        """Whether what it wants to play next is not its own policy."""
+        """Whether what it proposes next is not its own policy."""
         if state.explorer is None:
             return jnp.asarray(False)
         return state.memory.count % EXPLORING_EVERY == EXPLORING_EVERY - 1
 
-    def update(
-        self, state: ContinuousState, learner_policy: PolicyNetwork, demonstrations: Transition, key: PRNGKeyArray
-    ) -> ContinuousState:
-        """One iteration of learning from one interaction; the expert's reward is not among what is passed."""
+    def update(self, state: ContinuousState, interaction: Interaction, key: PRNGKeyArray) -> ContinuousState:
+        learner_policy, demonstrations = interaction.learner_policy, interaction.demonstrations
         memory_key, lower_key, upper_key, forward_key = jax.random.split(key, 4)
         clone_key, explorer_key = jax.random.split(jax.random.fold_in(key, 4))
         iteration = state.memory.count
@@ -371,42 +364,3 @@ class ContinuousGSIIRL(eqx.Module):
 def chosen(condition: Bool[Array, ""], one: PyTree, other: PyTree) -> PyTree:
     """`one` where the condition holds, else `other`."""
     return jax.tree.map(lambda first, second: jnp.where(condition, first, second), one, other)
-
-
-def first_states(episodes: Transition) -> PyTree:
-    """The initial states of episodes (axes d, T)."""
-    return jax.tree.map(lambda leaf: leaf[:, 0], episodes.state)
-
-
-def reward_gap(
-    reward: AbstractTransitionReward,
-    parameters: Float[Array, " m"],
-    modelled: Transition,
-    demonstrated: Transition,
-    discount: float,
-) -> Float[Array, " m"]:
-    """(μ(modelled) − μ(demonstrated)) / scale with μ = (1/d) Σ_i Σ_t γ^t ∇_θ r^θ, in features for a linear reward."""
-
-    def difference(theta: Array) -> Array:
-        modelled_return, demonstrated_return = (
-            mean_return(lambda seen: reward(theta, seen), episodes, discount) for episodes in (modelled, demonstrated)
-        )
-        return modelled_return - demonstrated_return
-
-    return jax.grad(difference)(parameters) / reward.scale
-
-
-def gaps_of_episodes(
-    reward: AbstractTransitionReward,
-    parameters: Float[Array, " m"],
-    modelled: Transition,
-    demonstrated: Transition,
-    discount: float,
-) -> Float[Array, "d m"]:
-    """`reward_gap` of every pair of episodes alone; their mean is that of all."""
-
-    def alone(one: Transition, other: Transition) -> Array:
-        one, other = jax.tree.map(lambda leaf: leaf[None], (one, other))
-        return reward_gap(reward, parameters, one, other, discount)
-
-    return jax.vmap(alone)(modelled, demonstrated)

@@ -2,9 +2,8 @@
 
 import abc
 
-import equinox as eqx
 import jax
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
 from gsiirl.equilibria.base import AbstractForwardModel
 from gsiirl.equilibria.response import respond
@@ -12,23 +11,30 @@ from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.games.rollout import rollout
+from gsiirl.interaction import AbstractExpert, Proposal
+from gsiirl.irl.estimated_policy import estimated_policy
 from gsiirl.problem import discount_of, joint_payoff, positive
-from gsiirl.types import Sides, Trajectories
+from gsiirl.types import Interaction, Sides, Trajectories
 
 
-class AbstractExpert(eqx.Module):
-    """An expert that JAX can trace: its episodes can be drawn inside a compiled loop.
+class AbstractTabularExpert(AbstractExpert[None]):
+    """An expert of a finite game that JAX can trace, and that remembers nothing from one interaction to the next.
 
-    Anybody else (a person, a simulator, logged data) needs only a `demonstrate` of the same form; see
-    `interaction.live`.
+    Anybody else (a person, a simulator, logged data) needs only a `demonstrate` of the same form.
     """
 
     @abc.abstractmethod
     def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:
         """`number` episodes of the expert against `learner_policy`."""
 
+    def init(self, key: PRNGKeyArray, learner_policy: PyTree) -> None:
+        return None
 
-class RespondingExpert(AbstractExpert):
+    def meet(self, habits: None, proposal: Proposal, number: int, key: PRNGKeyArray) -> tuple[None, Interaction]:
+        return None, Interaction(proposal.policy, self.demonstrate(proposal.policy, number, key))
+
+
+class RespondingExpert(AbstractTabularExpert):
     """An expert that plays its soft best response, at temperature τ, to the policy that the learner plays.
 
     It alone holds the true expert reward; a learner meets that reward only through the actions it sees.
@@ -63,7 +69,7 @@ class RespondingExpert(AbstractExpert):
         return jax.vmap(lambda one: rollout(one, self.game, policies))(jax.random.split(key, number))
 
 
-class SimulatedExpert(eqx.Module):
+class SimulatedExpert(AbstractExpert[None]):
     """The paper's expert: it is told what the learner acts on, and plays the equilibrium of that with its own reward.
 
     Both sides' trajectories come from the forward model at (r^θ_l + r_li, true r_e). The learner's half of that was
@@ -74,6 +80,14 @@ class SimulatedExpert(eqx.Module):
     reward: AbstractPayoff
     forward_model: AbstractForwardModel
     discount: float
+
+    def init(self, key: PRNGKeyArray, learner_policy: PyTree) -> None:
+        return None
+
+    def meet(self, habits: None, proposal: Proposal, number: int, key: PRNGKeyArray) -> tuple[None, Interaction]:
+        assert proposal.reward is not None, "a SimulatedExpert is told the reward that the learner acts on"
+        seen = self.demonstrate_told(proposal.reward, number, key)
+        return None, Interaction(estimated_policy(seen.states, seen.actions.learner, proposal.policy), seen)
 
     def demonstrate_told(self, learner_reward: AbstractPayoff, number: int, key: PRNGKeyArray) -> Trajectories:
         """`number` episodes of the equilibrium of (`learner_reward`, r_e)."""

@@ -1,8 +1,6 @@
 """The front door: a problem, an expert, and what comes of living with it."""
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import Any, Literal, overload
 
@@ -10,18 +8,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import polars
-import rich.console
-import rich.progress
-from jaxtyping import Array, PyTree
+from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import LAST
-from gsiirl.expert import AbstractExpert, SimulatedExpert
+from gsiirl.expert import SimulatedExpert
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.tabular import whole_number
-from gsiirl.interaction import Demonstrator
+from gsiirl.interaction import AbstractExpert, Demonstrator, live
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel, MatchingLevel
 from gsiirl.irl.posterior import Inference
@@ -29,7 +25,7 @@ from gsiirl.learner import CommitmentLearner, Explore, Feedback, HandBack, Learn
 from gsiirl.problem import Problem
 from gsiirl.result import Result, Results
 from gsiirl.rewards.linear import Linear
-from gsiirl.types import Interaction, Sides, Trajectories
+from gsiirl.types import Sides, Trajectories
 
 LowerLevel = Literal["likelihood", "matching"]
 FAR = 0.1
@@ -144,7 +140,7 @@ class GSIIRL:
                 "a SimulatedExpert is told a reward to act on, and this learner commits to a policy",
                 "use a RespondingExpert, or gsiirl.RewardGSIIRL",
             )
-        if not callable(getattr(expert, "demonstrate", None)):
+        if not isinstance(expert, AbstractExpert) and not callable(getattr(expert, "demonstrate", None)):
             raise InputError(
                 "expert", f"{type(expert).__name__} has no demonstrate", "give it demonstrate(policy, number, key)"
             )
@@ -154,18 +150,13 @@ class GSIIRL:
             learner = jax.tree.map(jnp.asarray, self.learner(number))
             each_seed = jnp.asarray(np.arange(first, first + several))
             keys = jax.vmap(lambda each: jax.random.split(jax.random.key(each), 3))(each_seed)
-            states = _start(learner, keys[:, 0])
-            rows, played = [], list[np.ndarray]()
-            kept = max(10, KEPT // max(1, np.prod(jax.eval_shape(_propose, learner, states)[0].shape)))
-            with _bar(number, progress) as advance:
-                for iteration in range(number):
-                    round_keys = _round_keys(keys[:, 1], jnp.asarray(iteration))
-                    policies, _ = _propose(learner, states)
-                    played = [*played[1 - kept :], np.asarray(policies)]
-                    seen = self._demonstrations(expert, policies, asked, round_keys[:, 0])
-                    states, row = _update(learner, states, policies, seen, round_keys[:, 1])
-                    rows.append(jax.tree.map(np.asarray, row))
-                    advance()
+            rows, played, states = [], list[np.ndarray](), None
+            met = jax.tree.map(jnp.asarray, expert) if isinstance(expert, AbstractExpert) else _Checked(expert, game)
+            for one in live(learner, met, keys, number, asked, progress):
+                states, policies = one.states, np.asarray(one.policies)
+                played = [*played[1 - max(10, KEPT // policies.size) :], policies]
+                rows.append(jax.tree.map(np.asarray, _report(learner, states)))
+            assert states is not None, "there is at least one iteration"
             ended = jax.tree.map(np.asarray, _end(learner, states, keys[:, 2]))
             weights = {
                 "expert": np.asarray(jax.vmap(learner.lower.estimate)(states.lower)),
@@ -223,15 +214,15 @@ class GSIIRL:
         size = (MATCHING_DEVIATION if deviation is None else deviation) * problem.expert_features.number**0.5
         return MatchingLevel(likelihood, Linear(problem.expert_features, size), 1e-3)
 
-    def _demonstrations(self, expert: Any, policies: Array, number: int, keys: Array) -> Trajectories:
-        """Of every seed."""
-        if isinstance(expert, AbstractExpert):
-            return _demonstrate(jax.tree.map(jnp.asarray, expert), policies, number, keys)
-        each = [
-            checked(expert.demonstrate(policy, number, key), self.problem.game, number)
-            for policy, key in zip(policies, keys, strict=True)
-        ]
-        return jax.tree.map(lambda *leaves: jnp.stack(leaves), *each)
+
+class _Checked:
+    """Somebody's own expert, whose demonstrations are checked."""
+
+    def __init__(self, expert: Demonstrator, game: AbstractTabularGame) -> None:
+        self._expert, self._game = expert, game
+
+    def demonstrate(self, learner_policy: Array, number: int, key: PRNGKeyArray) -> Trajectories:
+        return checked(self._expert.demonstrate(learner_policy, number, key), self._game, number)
 
 
 def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
@@ -292,42 +283,13 @@ def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
 
 
 @jax.jit
-def _start(learner: CommitmentLearner, keys: Array) -> LearnerState:
-    return jax.vmap(learner.init)(keys)
-
-
-@jax.jit
-def _round_keys(keys: Array, iteration: Array) -> Array:
-    return jax.vmap(lambda key: jax.random.split(jax.random.fold_in(key, iteration)))(keys)
-
-
-@jax.jit
-def _propose(learner: CommitmentLearner, states: LearnerState) -> tuple[Array, Array]:
-    proposal = jax.vmap(learner.propose)(states)
-    return proposal.policies.learner, proposal.policies.expert
-
-
-@partial(jax.jit, compiler_options=QUICKLY)
-def _update(
-    learner: CommitmentLearner, states: LearnerState, policies: Array, seen: Trajectories, keys: Array
-) -> tuple[LearnerState, dict[str, Array]]:
-    def one(state: LearnerState, policy: Array, seen: Trajectories, key: Array):
-        state = learner.update(state, Interaction(policy, seen), key)
-        return state, learner.report(state)
-
-    return jax.vmap(one)(states, policies, seen, keys)
+def _report(learner: CommitmentLearner, states: LearnerState) -> dict[str, Array]:
+    return jax.vmap(learner.report)(states)
 
 
 @partial(jax.jit, compiler_options=QUICKLY)
 def _end(learner: CommitmentLearner, states: LearnerState, keys: Array) -> PyTree:
     return jax.vmap(learner.end)(states, keys)
-
-
-def _demonstrate_all(expert: AbstractExpert, policies: Array, number: int, keys: Array) -> Trajectories:
-    return jax.vmap(lambda policy, key: expert.demonstrate(policy, number, key))(policies, keys)
-
-
-_demonstrate = jax.jit(_demonstrate_all, static_argnums=2)
 
 
 def _check_same_game(expert: Any, game: AbstractTabularGame) -> None:
@@ -392,11 +354,3 @@ def _one_of(argument: str, value: str, names: tuple[str, ...]) -> str:
     if value not in names:
         raise InputError(argument, f"cannot be {value!r}", f"choose {' or '.join(names)}")
     return value
-
-
-@contextmanager
-def _bar(total: int, shown: bool) -> Iterator[Any]:
-    console = rich.console.Console(stderr=True)
-    with rich.progress.Progress(console=console, disable=not (shown and console.is_terminal)) as bars:
-        task = bars.add_task("learning", total=total)
-        yield lambda: bars.advance(task)

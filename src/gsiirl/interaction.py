@@ -1,156 +1,244 @@
-"""Ask and tell: how a learner and an expert meet, whoever drives them.
+"""The loop of Algorithm 1, the same for every game, learner and expert.
 
-A learner is three pure functions. `propose` says which policy it wants to play next, `update` takes in what was seen.
-An expert that JAX can trace lives with it inside one `lax.scan`; any other is called from a host loop.
+For k = 0, 1, …:
+
+    the learner proposes a policy π_l(k)                                    `AbstractLearner.propose`
+    the expert answers it, and d episodes of both are seen                  `AbstractExpert.meet`     line 4
+    the learner learns from what was seen                                   `AbstractLearner.update`  lines 5-15
+
+`interact` compiles the loop as one scan: runs of the command line use it. `live` makes one round at a time, for an
+expert that JAX cannot trace: a person, a simulator, a log.
 """
 
 import abc
-from collections.abc import Callable
-from typing import Generic, Protocol, TypeVar, runtime_checkable
+from collections.abc import Callable, Iterator
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import rich.console
 import rich.progress
-from jaxtyping import Array, Float, PRNGKeyArray, PyTree
+from jaxtyping import Array, Float, Key, PRNGKeyArray, PyTree
 
-from gsiirl.equilibria.base import AbstractSolution
-from gsiirl.expert import AbstractExpert, SimulatedExpert
-from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.irl.estimated_policy import estimated_policy
+from gsiirl.compilation import QUICKLY
 from gsiirl.types import Interaction, Trajectories
 
 State = TypeVar("State")
+Habits = TypeVar("Habits")
+Record = dict[str, Array]
 CHUNK = 5
-"""Iterations compiled into one call; the host shows progress, and can be interrupted, between calls."""
-
-Observe = Callable[[PyTree, AbstractSolution], dict[str, Array]]
+"""Iterations of a finite game that a run compiles into one call; it shows progress between calls."""
 
 
-@runtime_checkable
-class Demonstrator(Protocol):
-    """Whoever can be asked to live with a learner's policy."""
+class Proposal(eqx.Module):
+    """What a learner brings to an interaction.
 
-    def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:
-        """`number` episodes against `learner_policy`."""
-        ...
+    `policy` is played. Where it is half of the forward model's joint policy, that is `model`; where it comes from a
+    reward, that is `reward`.
+    """
+
+    policy: PyTree
+    model: Any = None
+    reward: Any = None
+
+
+class Meeting(eqx.Module, Generic[State, Habits]):
+    """One round: the learner's state before it, its proposal, the expert's habits after it, and what was seen."""
+
+    state: State
+    proposal: Proposal
+    habits: Habits
+    interaction: Interaction
 
 
 class AbstractLearner(eqx.Module, Generic[State]):
-    """A learner by ask and tell. `update` never receives the expert's reward: there is no path for it."""
+    """A learner as pure functions of arrays. `update` never receives the expert's reward."""
 
     @abc.abstractmethod
     def init(self, key: PRNGKeyArray) -> State:
         """The state before any interaction."""
 
     @abc.abstractmethod
-    def propose(self, state: State) -> AbstractSolution:
-        """The joint policy under what is believed now; its learner's half is what the learner wants to play next."""
-
-    @abc.abstractmethod
-    def committed_reward(self, state: State) -> AbstractPayoff:
-        """The reward that the proposal's learner acts on; a `SimulatedExpert` is told it."""
-
-    @abc.abstractmethod
-    def probes(self, state: State, key: PRNGKeyArray) -> State | None:
-        """Other states, along a leading axis, in which the learner also wants to be met; None where there are none.
-
-        `key` is the one that the next `update` receives.
-        """
+    def propose(self, state: State) -> Proposal:
+        """What the learner wants to play next."""
 
     @abc.abstractmethod
     def update(self, state: State, interaction: Interaction, key: PRNGKeyArray) -> State:
-        """One iteration of learning from one interaction."""
+        """The state after one interaction."""
+
+    def probes(self, state: State, key: PRNGKeyArray) -> State | None:
+        """States near `state`, along a leading axis, whose proposals the expert is also asked to answer; None for none.
+
+        `key` is the one that the next `update` receives.
+        """
+        return None
+
+
+class AbstractExpert(eqx.Module, Generic[Habits]):
+    """An expert that JAX can trace. It alone holds the true expert reward."""
+
+    @abc.abstractmethod
+    def init(self, key: PRNGKeyArray, learner_policy: PyTree) -> Habits:
+        """What the expert remembers before the first interaction."""
+
+    @abc.abstractmethod
+    def meet(self, habits: Habits, proposal: Proposal, number: int, key: PRNGKeyArray) -> tuple[Habits, Interaction]:
+        """What it remembers afterwards, and `number` episodes of both."""
+
+
+@runtime_checkable
+class Demonstrator(Protocol):
+    """Any expert of a finite game, traceable or not."""
+
+    def demonstrate(self, learner_policy: Float[Array, "T S A_l"], number: int, key: PRNGKeyArray) -> Trajectories:
+        """`number` episodes against `learner_policy`."""
+        ...
 
 
 def interact(
     learner: AbstractLearner[State],
-    expert: AbstractExpert | SimulatedExpert,
-    state: State,
+    expert: AbstractExpert[Habits],
+    carry: tuple[State, Habits],
     key: PRNGKeyArray,
     first_iteration: int | Array,
     iterations: int,
     trajectories: int,
-    observe: Observe,
-) -> tuple[State, dict[str, Array]]:
-    """`iterations` rounds of propose, demonstrate, update, as one scan; `observe` is recorded before each update.
+    observe: Callable[[Meeting[State, Habits]], Record],
+) -> tuple[tuple[State, Habits], Record]:
+    """`iterations` rounds as one scan; records have a leading axis of rounds.
 
     The randomness of iteration k depends on `key` and k alone, so that a run cut into chunks is the same run.
     """
 
-    def one_round(state: State, offset: Array) -> tuple[State, dict[str, Array]]:
-        demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first_iteration + offset))
+    def one_round(carry: tuple[State, Habits], offset: Array) -> tuple[tuple[State, Habits], Record]:
+        state, habits = carry
+        meeting_key, update_key = jax.random.split(jax.random.fold_in(key, first_iteration + offset))
         proposal = learner.propose(state)
-        record = observe(state, proposal)
-        played, seen = _meet(learner, expert, state, proposal, trajectories, demonstration_key)
-        probes = learner.probes(state, update_key)
-        answers = None
-        if probes is not None:
-            # The same key for all: differences between them then feel little of the sampling noise.
-            answers = jax.vmap(
-                lambda probe: _meet(learner, expert, probe, learner.propose(probe), trajectories, demonstration_key)[1]
-            )(probes)
-        return learner.update(state, Interaction(played, seen, answers), update_key), record
+        after, interaction = expert.meet(habits, proposal, trajectories, meeting_key)
+        record = observe(Meeting(state, proposal, after, interaction))
+        answered = _with_probes(learner, expert, habits, state, interaction, trajectories, meeting_key, update_key)
+        return (learner.update(state, answered, update_key), after), record
 
-    return jax.lax.scan(one_round, state, jnp.arange(iterations))
+    return jax.lax.scan(one_round, carry, jnp.arange(iterations))
 
 
-def _meet(
+def _with_probes(
     learner: AbstractLearner[State],
-    expert: AbstractExpert | SimulatedExpert,
+    expert: AbstractExpert[Habits],
+    habits: Habits,
     state: State,
-    proposal: AbstractSolution,
+    interaction: Interaction,
     trajectories: int,
-    key: PRNGKeyArray,
-) -> tuple[Float[Array, "T S A_l"], Trajectories]:
-    """The learner's policy as far as it knows it, and the demonstrations."""
-    proposed = proposal.policies.learner
-    if isinstance(expert, SimulatedExpert):
-        seen = expert.demonstrate_told(learner.committed_reward(state), trajectories, key)
-        return estimated_policy(seen.states, seen.actions.learner, proposed), seen
-    return proposed, expert.demonstrate(proposed, trajectories, key)
+    meeting_key: PRNGKeyArray,
+    update_key: PRNGKeyArray,
+) -> Interaction:
+    """The interaction, with the expert's answers to the learner's probes where it has any."""
+    probes = learner.probes(state, update_key)
+    if probes is None:
+        return interaction
+    # The same key for all: the sampling noise then nearly cancels in differences between them.
+    answers = jax.vmap(
+        lambda probe: expert.meet(habits, learner.propose(probe), trajectories, meeting_key)[1].demonstrations
+    )(probes)
+    return Interaction(interaction.learner_policy, interaction.demonstrations, answers)
+
+
+class Round(NamedTuple):
+    """One round of several seeds: everything has a leading axis of seeds."""
+
+    states: Any
+    policies: Array
 
 
 def live(
-    learner: AbstractLearner[State],
-    expert: Demonstrator | SimulatedExpert,
+    learner: AbstractLearner[Any],
+    expert: AbstractExpert[Any] | Demonstrator,
+    keys: Key[Array, "..."],
     iterations: int,
     trajectories: int,
-    seed: int,
-    progress: bool = True,
-) -> State:
-    """The learner's state after `iterations` rounds with `expert`, of `trajectories` episodes each.
+    progress: bool,
+) -> Iterator[Round]:
+    """Round by round, with a progress bar on a terminal: the same rounds as those of `interact`.
 
-    An expert that JAX can trace is compiled together with the learner; any other expert is called from a host loop, one
-    `demonstrate` a round. Both ways the randomness is the same function of `seed`.
+    `keys` (seeds, 2) are those of the start and of the rounds. An expert that is no `AbstractExpert` is asked once a
+    round and seed.
     """
-    init_key, key = jax.random.split(jax.random.key(seed))
-    state = eqx.filter_jit(learner.init)(init_key)
-    with rich.progress.Progress(disable=not progress) as bars:
-        bar = bars.add_task("learning", total=iterations)
-        if isinstance(expert, AbstractExpert | SimulatedExpert):
-            advance = jax.jit(
-                lambda state, first, number: interact(
-                    learner, expert, state, key, first, number, trajectories, lambda state, proposal: {}
-                )[0],
-                static_argnums=2,
-            )
-            for first in range(0, iterations, CHUNK):
-                number = min(CHUNK, iterations - first)
-                state = jax.block_until_ready(advance(state, jnp.asarray(first), number))
-                bars.update(bar, advance=number)
-            return state
-        propose, update = eqx.filter_jit(learner.propose), eqx.filter_jit(learner.update)
-        probes_of = eqx.filter_jit(learner.probes)
-        for iteration in range(iterations):
-            demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, iteration))
-            played = propose(state).policies.learner
-            seen = expert.demonstrate(played, trajectories, demonstration_key)
-            probes, answers = probes_of(state, update_key), None
-            if probes is not None:
-                policies = eqx.filter_vmap(learner.propose)(probes).policies.learner
-                each = [expert.demonstrate(policy, trajectories, demonstration_key) for policy in policies]
-                answers = jax.tree.map(lambda *leaves: jnp.stack(leaves), *each)
-            state = update(state, Interaction(played, seen, answers), update_key)
-            bars.update(bar, advance=1)
-    return state
+    states = _start(learner, keys[:, 0])
+    habits = _greet(learner, expert, states, keys[:, 0]) if isinstance(expert, AbstractExpert) else None
+    console = rich.console.Console(stderr=True)
+    with rich.progress.Progress(console=console, disable=not (progress and console.is_terminal)) as bars:
+        for iteration in bars.track(range(iterations), description="learning"):
+            round_keys = _round_keys(keys[:, 1], jnp.asarray(iteration))
+            if isinstance(expert, AbstractExpert):
+                habits, met = _meet(learner, expert, habits, states, trajectories, round_keys)
+            else:
+                met = _asked(learner, expert, states, trajectories, round_keys)
+            states = _update(learner, states, met, round_keys[:, 1])
+            yield Round(states, met.learner_policy)
+
+
+def _asked(
+    learner: AbstractLearner[Any], expert: Demonstrator, states: Any, trajectories: int, keys: Key[Array, "..."]
+) -> Interaction:
+    """What an expert that JAX cannot trace answers in one round."""
+
+    def answers(policies: Array) -> Trajectories:
+        each = [expert.demonstrate(policy, trajectories, key) for policy, key in zip(policies, keys[:, 0], strict=True)]
+        return jax.tree.map(lambda *leaves: jnp.stack(leaves), *each)
+
+    policies, probes = _proposals(learner, states, keys)
+    if probes is None:
+        return Interaction(policies, answers(policies))
+    probed = [answers(probes[:, number]) for number in range(probes.shape[1])]
+    return Interaction(policies, answers(policies), jax.tree.map(lambda *leaves: jnp.stack(leaves, axis=1), *probed))
+
+
+@eqx.filter_jit
+def _start(learner: AbstractLearner[Any], keys: Key[Array, "..."]) -> Any:
+    return jax.vmap(learner.init)(keys)
+
+
+@eqx.filter_jit
+def _greet(learner: AbstractLearner[Any], expert: AbstractExpert[Any], states: Any, keys: Key[Array, "..."]) -> Any:
+    return jax.vmap(lambda state, key: expert.init(jax.random.fold_in(key, 1), learner.propose(state).policy))(
+        states, keys
+    )
+
+
+@eqx.filter_jit
+def _round_keys(keys: Key[Array, "..."], iteration: Array) -> Key[Array, "seeds 2"]:
+    return jax.vmap(lambda key: jax.random.split(jax.random.fold_in(key, iteration)))(keys)
+
+
+@eqx.filter_jit
+def _meet(
+    learner: AbstractLearner[Any],
+    expert: AbstractExpert[Any],
+    habits: Any,
+    states: Any,
+    trajectories: int,
+    keys: Key[Array, "..."],
+) -> tuple[Any, Interaction]:
+    def one(habits: Any, state: Any, key: Key[Array, "2"]) -> tuple[Any, Interaction]:
+        after, met = expert.meet(habits, learner.propose(state), trajectories, key[0])
+        return after, _with_probes(learner, expert, habits, state, met, trajectories, key[0], key[1])
+
+    return jax.vmap(one)(habits, states, keys)
+
+
+@eqx.filter_jit
+def _proposals(learner: AbstractLearner[Any], states: Any, keys: Key[Array, "..."]) -> tuple[Array, Array | None]:
+    def one(state: Any, key: Key[Array, "2"]) -> tuple[Array, Array | None]:
+        probes = learner.probes(state, key[1])
+        asked = None if probes is None else jax.vmap(lambda probe: learner.propose(probe).policy)(probes)
+        return learner.propose(state).policy, asked
+
+    return jax.vmap(one)(states, keys)
+
+
+def _updated(learner: AbstractLearner[Any], states: Any, met: Interaction, keys: Key[Array, "..."]) -> Any:
+    return jax.vmap(learner.update)(states, met, keys)
+
+
+_update = eqx.filter_jit(_updated, compiler_options=QUICKLY)  # pyright: ignore[reportCallIssue] (passed on to jax.jit)

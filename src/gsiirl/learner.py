@@ -26,7 +26,7 @@ from gsiirl.equilibria.base import AbstractSolution
 from gsiirl.equilibria.response import respond
 from gsiirl.games.base import AbstractTabularGame, uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.interaction import AbstractLearner
+from gsiirl.interaction import AbstractLearner, Proposal
 from gsiirl.irl.dependent_reward import DependentFit, DependentValue
 from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel
 from gsiirl.rewards.linear import AbstractFeatures
@@ -41,7 +41,7 @@ LEAST_EFFECTIVE = 0.1
 """Below this share of effective draws, Hamiltonian Monte Carlo takes the weighted draws' place."""
 
 
-class Proposal(AbstractSolution):
+class Incumbent(AbstractSolution):
     """What the learner plays next and expects of the expert; `residual` is the distance of the fit from its maximum."""
 
     policies: Policies
@@ -145,17 +145,11 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         )
 
     def propose(self, state: LearnerState) -> Proposal:
-        return self._proposal(state, state.proposed)
+        return Proposal(state.proposed)
 
-    def incumbent(self, state: LearnerState) -> Proposal:
+    def incumbent(self, state: LearnerState) -> Incumbent:
         """The best commitment found so far under the estimate: what would be deployed if learning ended here."""
-        return self._proposal(state, self.commitment.policy(state.pool[0]))
-
-    def committed_reward(self, state: LearnerState) -> AbstractPayoff:
-        raise TypeError("a commitment to a policy acts on no reward: a SimulatedExpert needs gsiirl.reward_learner")
-
-    def probes(self, state: LearnerState, key: PRNGKeyArray) -> None:
-        return None
+        return self._incumbent(state, self.commitment.policy(state.pool[0]))
 
     def update(self, state: LearnerState, interaction: Interaction, key: PRNGKeyArray) -> LearnerState:
         learn_key, draw_key, search_key = jax.random.split(key, 3)
@@ -261,13 +255,13 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
     def _reward(self, weights: Float[Array, " m"]) -> AbstractPayoff:
         return self.lower.likelihood.features.payoff(weights)
 
-    def _proposal(self, state: LearnerState, policy: Array) -> Proposal:
+    def _incumbent(self, state: LearnerState, policy: Array) -> Incumbent:
         reward = self._reward(self.lower.estimate(state.lower))
         answer = respond(self.game, policy, reward, 1.0, self.commitment.discount).policy
         report = self.lower.report(state.lower)
         decrement = report.get("fit_decrement", jnp.zeros((), policy.dtype))
         converged = report.get("fit_converged", jnp.ones((), policy.dtype)) > 0
-        return Proposal(Sides(policy, answer), decrement, converged)
+        return Incumbent(Sides(policy, answer), decrement, converged)
 
     def _telling(
         self, logits: Float[Array, "N T S A_l"], believed: Float[Array, "2 m"], key: PRNGKeyArray

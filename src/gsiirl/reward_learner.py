@@ -25,9 +25,8 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria.base import AbstractSolution
 from gsiirl.expert import SimulatedExpert
-from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit, directional_jacobian
-from gsiirl.interaction import AbstractLearner, Demonstrator, live
+from gsiirl.interaction import AbstractLearner, Demonstrator, Proposal, live
 from gsiirl.irl.dependent_reward import DependentValue, LeastSquares
 from gsiirl.irl.expectations import sampled_reward_gradient
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
@@ -153,14 +152,17 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
         progress: bool = True,
     ) -> "Learned":
         """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned."""
-        state = live(self, expert, iterations, trajectories, seed, progress)
+        keys = jax.random.split(jax.random.key(seed))[None]
+        state = eqx.filter_jit(self.init)(keys[0, 0])
+        for after in live(self, expert, keys, iterations, trajectories, progress):
+            state = jax.tree.map(lambda leaf: leaf[0], after.states)
         scale = self.dependent_reward.scale
         return Learned(
             state=state,
             expert_reward=self.expert_reward.scale * state.expert_parameters,
             dependent_reward=scale * self.fitted_dependent_reward(state),
             commitment=scale * state.commitment,
-            solution=eqx.filter_jit(self.propose)(state),
+            solution=eqx.filter_jit(self.forward)(state),
         )
 
     def init(self, key: PRNGKeyArray) -> RewardLearnerState:
@@ -183,11 +185,13 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
             solves=jnp.zeros((), jnp.int32),
         )
 
-    def propose(self, state: RewardLearnerState) -> AbstractSolution:
+    def forward(self, state: RewardLearnerState) -> AbstractSolution:
+        """The forward model at (θ_l, θ_e)."""
         return self.bilevel.solve(state.commitment, state.expert_parameters)
 
-    def committed_reward(self, state: RewardLearnerState) -> AbstractPayoff:
-        return self.bilevel.committed_reward(state.commitment)
+    def propose(self, state: RewardLearnerState) -> Proposal:
+        solution = self.forward(state)
+        return Proposal(solution.policies.learner, solution, self.bilevel.committed_reward(state.commitment))
 
     def probes(self, state: RewardLearnerState, key: PRNGKeyArray) -> RewardLearnerState | None:
         if self.hypergradient.response != "measured":

@@ -1,6 +1,6 @@
 """The few records every part of the library speaks in."""
 
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import equinox as eqx
 import numpy as np
@@ -37,14 +37,15 @@ class Trajectories(eqx.Module):
 
 
 class Interaction(eqx.Module):
-    """What one interaction leaves the learner: the policy it played and what it saw.
+    """What one interaction leaves the learner: the policy it played, and the episodes that it saw.
 
-    `probes` are the demonstrations at the other states that the learner asked to be met in, along a leading axis.
+    In a finite game the policy is a table (T, S, A_l) and the episodes are `Trajectories`; in a continuous one, a
+    network and `Transition`s (axes d, T). `probes` are the episodes at the learner's probes, along a leading axis.
     """
 
-    learner_policy: Float[Array, "T S A_l"]
-    demonstrations: Trajectories
-    probes: Trajectories | None = None
+    learner_policy: PyTree
+    demonstrations: Any
+    probes: Any = None
 
 
 class Transition(eqx.Module):

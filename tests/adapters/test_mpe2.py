@@ -8,11 +8,11 @@ from mpe2_world import state_of
 
 from gsiirl.adapters import mpe2
 from gsiirl.adapters.numpy_policy import NumpyPolicy
-from gsiirl.equilibria.pathwise import mean_return
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of
 from gsiirl.games import Deception
 from gsiirl.games.rollout import play
+from gsiirl.rewards.continuous import mean_return
 from gsiirl.rewards.deception import adversary_reward, dependent_reward, own_reward
 from gsiirl.types import Sides
 

@@ -3,10 +3,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.equilibria.pathwise import Pathwise, episodes_from, mean_return, policies_of, steps_taken
+from gsiirl.equilibria.pathwise import Pathwise, policies_of, steps_taken
 from gsiirl.equilibria.policy_network import NoisyPolicy, PolicyNetwork
 from gsiirl.games import Crossing
+from gsiirl.games.rollout import episodes_from
 from gsiirl.rewards import crossing as rewards
+from gsiirl.rewards.continuous import mean_return
 from gsiirl.types import Sides
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")

@@ -11,7 +11,6 @@ from gsiirl.hypergradients import (
     SPSA,
     AbstractEstimator,
     BilevelProblem,
-    Direct,
     FiniteDifference,
     HessianVectorCG,
     Hypergradient,
@@ -19,6 +18,7 @@ from gsiirl.hypergradients import (
     Response,
 )
 from gsiirl.hypergradients.spsa import Factors
+from gsiirl.theory.direct import Direct
 from gsiirl.theory.games import RandomProblem, Size
 from gsiirl.theory.lower_solution import solve_lower
 from gsiirl.theory.soft_joint_model import SoftJointModel
@@ -198,7 +198,7 @@ def test_what_measured_and_conjugate_gradients_need_is_asked_for():
     for response in ("frozen", "measured"):
         with pytest.raises(ValueError, match="upper_gradient"):
             estimate(HessianVectorCG(response), no_likelihood, learner, expert)
-        with pytest.raises(ValueError, match="lemma_three"):
+        with pytest.raises(ValueError, match="LemmaThreeProblem"):
             estimate(Direct(response), whole, learner, expert)
 
 

@@ -14,8 +14,9 @@ from report.synthetic_theory import all_findings, missed, power_law
 
 from gsiirl.errors import InputError
 from gsiirl.report import build_report, write_theory_page
-from gsiirl.report.theory_words import bound_in_words, formulas, number_in_words, value_in_words
+from gsiirl.report.formulas import formulas
 from gsiirl.runs import Findings, Measurement
+from gsiirl.runs.measurement_words import bound_in_words, number_in_words, value_in_words
 
 
 def content_of(folder: Path) -> dict[str, bytes]:

@@ -4,8 +4,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.hypergradients import Direct, FiniteDifference, HessianVectorCG, Implicit
+from gsiirl.hypergradients import FiniteDifference, HessianVectorCG, Implicit
 from gsiirl.theory import lemma_1_and_3
+from gsiirl.theory.direct import Direct
 from gsiirl.theory.games import SIZES
 from gsiirl.theory.lemma_1_and_3 import LEMMA_1, LEMMA_3, OURS, Game
 

@@ -3,7 +3,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.hypergradients import SPSA, Direct, HessianVectorCG, Implicit
+from gsiirl.hypergradients import SPSA, HessianVectorCG, Implicit
+from gsiirl.theory.direct import Direct
 from gsiirl.theory.games import SIZES, RandomProblem
 from gsiirl.theory.printed_forms import printed_problem, recomputed
 from gsiirl.theory.soft_joint_model import SoftJointModel

@@ -14,10 +14,11 @@ import jax
 import optax
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.continuous_learner import first_states, reward_gap
-from gsiirl.equilibria.pathwise import Ascent, Pathwise, TransitionReward, episodes_from, policies_of
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, policies_of
+from gsiirl.games.rollout import episodes_from
+from gsiirl.irl.feature_gap import first_states, reward_gap
 from gsiirl.irl.maximum_likelihood import across
-from gsiirl.rewards.continuous import AbstractTransitionReward
+from gsiirl.rewards.continuous import AbstractTransitionReward, TransitionReward
 from gsiirl.types import Sides, Transition
 
 

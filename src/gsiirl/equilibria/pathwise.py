@@ -11,7 +11,6 @@ less than all of it, so that a side that must not be seen through (the agents of
 always is.
 """
 
-from collections.abc import Callable
 from typing import Any, Literal
 
 import equinox as eqx
@@ -22,13 +21,11 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
 
 from gsiirl.equilibria.policy_network import NoisyPolicy, PolicyNetwork
 from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.games.rollout import initial_states, play
+from gsiirl.games.rollout import episodes_from, initial_states, play
+from gsiirl.rewards.continuous import TransitionReward, mean_return
 from gsiirl.types import Sides, Transition
 
 Side = Literal["learner", "expert"]
-
-TransitionReward = Callable[[Transition], Float[Array, ""]]
-"""r(s, a, s') of one step."""
 
 
 class Ascent(eqx.Module):
@@ -238,15 +235,3 @@ def joint(side: Side, policy: PolicyNetwork, other: PolicyNetwork) -> Sides[Poli
 def policies_of(solution: Sides[Ascent]) -> Sides[PolicyNetwork]:
     """The joint policy of a pair of ascents."""
     return Sides(solution.learner.policy, solution.expert.policy)
-
-
-def episodes_from(game: AbstractContinuousGame, policies: Sides[PolicyNetwork], starts: PyTree) -> Transition:
-    """An episode (axes d, T) from each of d initial states."""
-    return jax.vmap(lambda start: play(game, policies, start))(starts)
-
-
-def mean_return(reward: TransitionReward, episodes: Transition, discount: float) -> Float[Array, ""]:
-    """(1/d) Σ_i Σ_t γ^t r(s_it, a_it, s_i,t+1) over d episodes of T steps (axes d, T)."""
-    values = jax.vmap(jax.vmap(reward))(episodes)
-    weights = discount ** jnp.arange(values.shape[1], dtype=values.dtype)
-    return jnp.mean(values @ weights)

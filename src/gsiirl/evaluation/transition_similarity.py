@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from gsiirl.equilibria.pathwise import TransitionReward
+from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import Transition
 
 

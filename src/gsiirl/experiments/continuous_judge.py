@@ -11,8 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.continuous_learner import gaps_of_episodes
-from gsiirl.equilibria.pathwise import Ascent, Side, TransitionReward, episodes_from, joint, mean_return, policies_of
+from gsiirl.equilibria.pathwise import Ascent, Side, joint, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.evaluation.transition_similarity import epic, pearson
 from gsiirl.evaluation.truth import named
@@ -20,7 +19,9 @@ from gsiirl.experiments.continuous import ContinuousConfig
 from gsiirl.experiments.continuous_problem import ContinuousProblem
 from gsiirl.experiments.continuous_solvers import TRAINED_RATE, responder_of, solver_of
 from gsiirl.experiments.prepared_run import Record
-from gsiirl.games.rollout import initial_states
+from gsiirl.games.rollout import episodes_from, initial_states
+from gsiirl.irl.feature_gap import gaps_of_episodes
+from gsiirl.rewards.continuous import TransitionReward, mean_return
 from gsiirl.types import Sides, Transition
 
 EVALUATION_KEY = 20261125

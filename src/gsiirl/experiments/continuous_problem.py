@@ -6,10 +6,9 @@ from typing import Any
 
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.equilibria.pathwise import TransitionReward
 from gsiirl.experiments.prepared_run import Record
 from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward
+from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward, TransitionReward
 from gsiirl.types import Sides, Transition
 
 

@@ -12,7 +12,7 @@ from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLS
 from gsiirl.continuous_expert import ContinuousRespondingExpert, Habits
 from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, GradientSteps
 from gsiirl.equilibria.maddpg import Maddpg, MaddpgState
-from gsiirl.equilibria.pathwise import Ascent, TransitionReward, episodes_from, policies_of
+from gsiirl.equilibria.pathwise import Ascent, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of
 from gsiirl.experiments.continuous import ContinuousConfig
@@ -26,14 +26,16 @@ from gsiirl.experiments.continuous_solvers import (
     solver_of,
 )
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
-from gsiirl.games.rollout import initial_states
+from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.hypergradients import SPSA
+from gsiirl.interaction import Meeting, interact
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.rewards.continuous import (
     AbstractTransitionFeatures,
     AbstractTransitionReward,
     LinearTransitionReward,
     NetworkReward,
+    TransitionReward,
 )
 from gsiirl.types import Sides
 
@@ -92,19 +94,14 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     def init(key: PRNGKeyArray) -> tuple[ContinuousState, Habits]:
         learner_key, expert_key = jax.random.split(key)
         state = learner.init(learner_key)
-        return state, expert.init(expert_key, learner.propose(state))
+        return state, expert.init(expert_key, learner.propose(state).policy)
 
-    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
-        def one_iteration(carry: tuple[ContinuousState, Habits], offset: Array) -> tuple[PyTree, Record]:
-            state, habits = carry
-            demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, first + offset))
-            played = learner.propose(state)
-            habits, seen = expert.demonstrate(habits, played, config.trajectories, demonstration_key)
-            record = observe(state, policies_of(state.solution), played, habits.policy)
-            record |= {"exploring": learner.explores(state).astype(jnp.float32)}
-            return (learner.update(state, played, seen, update_key), habits), record
+    def record(met: Meeting[ContinuousState, Habits]) -> Record:
+        found = observe(met.state, policies_of(met.state.solution), met.proposal.policy, met.habits.policy)
+        return found | {"exploring": learner.explores(met.state).astype(jnp.float32)}
 
-        return jax.lax.scan(one_iteration, state, jnp.arange(number))
+    def advance(carry: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        return interact(learner, expert, carry, key, first, number, config.trajectories, record)
 
     def finish(carry: tuple[ContinuousState, Habits], key: PRNGKeyArray) -> Ending:
         state, habits = carry

@@ -8,9 +8,9 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.evaluation.truth import Truth, named
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Record
-from gsiirl.expert import AbstractExpert
+from gsiirl.expert import AbstractTabularExpert
 from gsiirl.games.rollout import rollout
-from gsiirl.interaction import interact
+from gsiirl.interaction import Meeting, interact
 from gsiirl.learner import CommitmentLearner, LearnerState
 from gsiirl.types import Policies, Sides, Trajectories
 
@@ -19,7 +19,7 @@ SAMPLE_PATHS = 3
 
 def policy_algorithm(
     learner: CommitmentLearner,
-    expert: AbstractExpert,
+    expert: AbstractTabularExpert,
     truth: Truth,
     trajectories: int,
     judged: Callable[[Policies, Array, Array], Record],
@@ -43,10 +43,11 @@ def policy_algorithm(
         }
 
     def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
-        def record(state: PyTree, _: PyTree) -> Record:
-            return observe(state, learner.incumbent(state).policies)
+        def record(met: Meeting[LearnerState, None]) -> Record:
+            return observe(met.state, learner.incumbent(met.state).policies)
 
-        return interact(learner, expert, state, key, first, number, trajectories, record)
+        (state, _), records = interact(learner, expert, (state, None), key, first, number, trajectories, record)
+        return state, records
 
     def finish(state: LearnerState, key: PRNGKeyArray) -> Ending:
         path_key, end_key = jax.random.split(key)

@@ -115,17 +115,24 @@ def _reward_gsiirl(
         }
 
     def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
-        proposal = learner.propose(state)
+        proposal = learner.forward(state)
         paths = _sample_paths(problem, proposal.policies.learner, key)
         return Ending(observe(state, proposal), paths, learned(state), {}, saved(proposal.policies))
 
-    return Algorithm(
-        init=learner.init,
-        advance=lambda state, key, first, number: interact(
-            learner, problem.expert, state, key, first, number, config.trajectories, observe
-        ),
-        finish=finish,
-    )
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        (state, _), records = interact(
+            learner,
+            problem.expert,
+            (state, None),
+            key,
+            first,
+            number,
+            config.trajectories,
+            lambda met: observe(met.state, met.proposal.model),
+        )
+        return state, records
+
+    return Algorithm(learner.init, advance, finish)
 
 
 def _ma_irl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") -> Algorithm:

@@ -51,3 +51,8 @@ def play(game: AbstractContinuousGame, policies: Sides[Policy], start: PyTree) -
 
     times = jnp.arange(game.horizon, dtype=jnp.float32) / game.horizon
     return jax.lax.scan(one_step, start, times)[1]
+
+
+def episodes_from(game: AbstractContinuousGame, policies: Sides[Policy], starts: PyTree) -> Transition:
+    """An episode (axes d, T) from each of d initial states."""
+    return jax.vmap(lambda start: play(game, policies, start))(starts)

@@ -1,7 +1,5 @@
 """How the learner's objective changes with θ_l, the expert's response included: vectors and callables, no games."""
 
-from gsiirl.hypergradients.direct import Direct as Direct
-from gsiirl.hypergradients.direct import LemmaThree as LemmaThree
 from gsiirl.hypergradients.finite_difference import FiniteDifference as FiniteDifference
 from gsiirl.hypergradients.finite_difference import coordinate_jacobian as coordinate_jacobian
 from gsiirl.hypergradients.hvp_cg import HessianVectorCG as HessianVectorCG

@@ -9,13 +9,10 @@ With G(θ_l, θ_e) = ∇_{θ_e} L ∈ R^m:  H = dG/dθ_e ∈ R^{m×m},  M = dG/d
 
 import abc
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, Literal, TypeVar
+from typing import Generic, Literal, TypeVar
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
-
-if TYPE_CHECKING:
-    from gsiirl.hypergradients.direct import LemmaThree
 
 State = TypeVar("State")
 
@@ -34,7 +31,7 @@ class BilevelProblem(eqx.Module):
     `evaluate(θ_l, θ_e)` is (f, G − λθ_e): the objective, and the gradient of L's likelihood part (m,).
     `upper_gradient(θ_l, θ_e)` is ∇_{θ_l} L (n,); None where G is the gradient of no L, and H need not be symmetric.
     `demonstration_jacobian` (m, n) is what the demonstrations' own change subtracts from M,
-    (1/τ) dμ̂_e(D(θ_l))/dθ_l; only `measured` asks for it. `lemma_three(θ_l, θ_e)` gives the terms of `Direct`.
+    (1/τ) dμ̂_e(D(θ_l))/dθ_l; only `measured` asks for it.
     λ = `regularisation`.
     """
 
@@ -42,7 +39,6 @@ class BilevelProblem(eqx.Module):
     regularisation: float
     upper_gradient: Callable[[Array, Array], Array] | None = None
     demonstration_jacobian: Float[Array, "m n"] | None = None
-    lemma_three: "Callable[[Array, Array], LemmaThree] | None" = None
 
     def objective(self, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Array:
         """f(θ_l, θ_e)."""

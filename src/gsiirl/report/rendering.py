@@ -6,8 +6,9 @@ import jinja2
 
 from gsiirl.report.comparison_table import RETURNS_NOTE
 from gsiirl.report.estimate import format_number
+from gsiirl.report.formulas import formulas
 from gsiirl.report.quality_table import METRICS, used_metrics
-from gsiirl.report.theory_words import bound_in_words, formulas, value_in_words
+from gsiirl.runs.measurement_words import bound_in_words, value_in_words
 
 
 def render(template: str, **values: Any) -> str:

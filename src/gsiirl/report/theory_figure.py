@@ -11,8 +11,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocat
 
 from gsiirl.report.estimate import format_number
 from gsiirl.report.figure_style import FAINT_COLOUR
-from gsiirl.report.theory_words import number_in_words, power_of_ten
 from gsiirl.runs.findings import Curve, Finding, Panel
+from gsiirl.runs.measurement_words import number_in_words, power_of_ten
 
 OUR_LOOKS = (("#2563eb", "o"), ("#0d9488", "s"), ("#d97706", "D"), ("#be185d", "^"), ("#475569", "v"), ("#65a30d", "P"))
 """Colour and marker, told apart also without colour."""

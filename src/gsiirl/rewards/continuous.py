@@ -4,6 +4,7 @@ The dynamics are deterministic, so that r(s, a, s') is a function of (s, a).
 """
 
 import abc
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -12,6 +13,9 @@ import optax
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gsiirl.types import Transition
+
+TransitionReward = Callable[[Transition], Float[Array, ""]]
+"""r(s, a, s') of one step."""
 
 
 class AbstractTransitionFeatures(eqx.Module):
@@ -91,3 +95,10 @@ class NetworkReward(AbstractTransitionReward):
 def length(vector: Float[Array, " n"]) -> Float[Array, ""]:
     """‖v‖, with derivative 0 at v = 0."""
     return optax.safe_norm(vector, 0.0)
+
+
+def mean_return(reward: TransitionReward, episodes: Transition, discount: float) -> Float[Array, ""]:
+    """(1/d) Σ_i Σ_t γ^t r(s_it, a_it, s_i,t+1) over d episodes of T steps (axes d, T)."""
+    values = jax.vmap(jax.vmap(reward))(episodes)
+    weights = discount ** jnp.arange(values.shape[1], dtype=values.dtype)
+    return jnp.mean(values @ weights)

@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gsiirl.equilibria.soft_joint import joint_occupancy
-from gsiirl.hypergradients.direct import LemmaThree
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
+from gsiirl.theory.direct import LemmaThree
 from gsiirl.theory.games import SIZES, TEMPERATURE, RandomProblem
 from gsiirl.theory.soft_joint_model import SoftJointModel
 

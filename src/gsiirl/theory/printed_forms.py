@@ -19,12 +19,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.hypergradients.direct import LemmaThree
-from gsiirl.hypergradients.problem import BilevelProblem
+from gsiirl.theory.direct import LemmaThree, LemmaThreeProblem
 from gsiirl.theory.soft_joint_model import SoftJointModel
 
 
-def printed_problem(model: SoftJointModel, demonstrations: Float[Array, "T S A_l A_e"]) -> BilevelProblem:
+def printed_problem(model: SoftJointModel, demonstrations: Float[Array, "T S A_l A_e"]) -> LemmaThreeProblem:
     """The bilevel problem of `model`; `Direct` and `SPSA` on it cost O(T³) and O(T²), as the paper says."""
     game = model.instance.game
 
@@ -54,7 +53,7 @@ def printed_problem(model: SoftJointModel, demonstrations: Float[Array, "T S A_l
             returns=rows[:, -1],
         )
 
-    return BilevelProblem(evaluate=evaluate, regularisation=model.regularisation, lemma_three=lemma_three)
+    return LemmaThreeProblem(evaluate=evaluate, regularisation=model.regularisation, lemma_three=lemma_three)
 
 
 def recomputed(

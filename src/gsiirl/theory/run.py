@@ -19,8 +19,8 @@ from rich.text import Text
 
 from gsiirl._version import __version__
 from gsiirl.errors import InputError
-from gsiirl.report.theory_words import bound_in_words, value_in_words
 from gsiirl.runs.findings import Finding, Findings
+from gsiirl.runs.measurement_words import bound_in_words, value_in_words
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from jaxtyping import Array, Float
 
 from gsiirl.equilibria.soft_joint import SoftJoint, SoftJointSolution, joint_occupancy
 from gsiirl.games.payoff import DensePayoff
-from gsiirl.hypergradients.direct import LemmaThree
-from gsiirl.hypergradients.problem import BilevelProblem
+from gsiirl.theory.direct import LemmaThree, LemmaThreeProblem
 from gsiirl.theory.games import DISCOUNT, TEMPERATURE, RandomProblem
 from gsiirl.types import Sides
 
@@ -153,7 +152,9 @@ class SoftJointModel(eqx.Module):
             temperature=self.temperature,
         )
 
-    def problem(self, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> BilevelProblem:
+    def problem(
+        self, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]
+    ) -> LemmaThreeProblem:
         """The bilevel problem at (θ_l, θ_e), with the demonstrations D(θ_l) held and their own change measured exactly.
 
         ∇_{θ_e} r_e, and with it μ̂_e(D), depends on θ_e where the reward is not linear.
@@ -166,7 +167,7 @@ class SoftJointModel(eqx.Module):
             return jnp.vdot(occupancy, self._returns_per_step()), surplus / self.temperature
 
         moved = jax.jacfwd(lambda theta: self.expert_expectation(self.demonstrations(theta), expert_parameters))
-        return BilevelProblem(
+        return LemmaThreeProblem(
             evaluate=evaluate,
             regularisation=self.regularisation,
             upper_gradient=lambda learner, expert: self.upper_gradient(learner, expert, demonstrations),

@@ -14,8 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.hypergradients import SPSA, AbstractEstimator, BilevelProblem, Direct, HessianVectorCG, Implicit
+from gsiirl.hypergradients import SPSA, AbstractEstimator, BilevelProblem, HessianVectorCG, Implicit
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
+from gsiirl.theory.direct import Direct
 from gsiirl.theory.games import RandomProblem, Size
 from gsiirl.theory.operations import Operations, count_operations
 from gsiirl.theory.peak_memory import HORIZON, attack_graph_bilevel

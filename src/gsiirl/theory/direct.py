@@ -10,6 +10,8 @@ discounted reward gradients from (s, a) on and J(s, a) the learner's accessed re
 What the paper prints instead is listed in docs/theory.md.
 """
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -54,6 +56,12 @@ class LemmaThree(eqx.Module):
         return advantages.T @ self.expert_gradients / self.temperature**2 + self.expert_curvature / self.temperature
 
 
+class LemmaThreeProblem(BilevelProblem):
+    """A bilevel problem of the joint softmax policy; `lemma_three(θ_l, θ_e)` gives the terms of Lemma 3."""
+
+    lemma_three: Callable[[Array, Array], LemmaThree] = eqx.field(kw_only=True)
+
+
 class Direct(AbstractStatelessEstimator):
     """∇f by the corrected Lemma 3; for the joint softmax policy alone."""
 
@@ -68,10 +76,10 @@ class Direct(AbstractStatelessEstimator):
         """∇f at (θ_l, θ_e).
 
         Raises:
-            ValueError: the problem has no `lemma_three`: its policy is not the joint softmax.
+            ValueError: the problem is not a `LemmaThreeProblem`.
         """
-        if problem.lemma_three is None:
-            raise ValueError("Lemma 3 holds for the joint softmax policy only: the problem has no lemma_three")
+        if not isinstance(problem, LemmaThreeProblem):
+            raise ValueError("Lemma 3 holds for the joint softmax policy only: give a LemmaThreeProblem")
         terms = problem.lemma_three(learner_parameters, expert_parameters)
         through_learner, through_expert = terms.objective_gradients()
         if self.response == "well_specified":

@@ -1,17 +1,10 @@
-"""Measurements of the theory and their bounds in words."""
+"""A measurement of the theory and its bounds in words."""
 
 import math
-import re
-
-from markupsafe import Markup, escape
 
 from gsiirl.runs.findings import Measurement
 
 DIGITS = 4
-SCRIPT = re.compile(
-    r"((?<![^\W\d_])[^\W\d_][\u0300-\u036f]*|[∇)])([_^])(\{(?:[^{}]|\{[^{}]*\})*\}|\([^()]*\)|[0-9]+\.[0-9]+|[^\W_]+)"
-)
-"""A symbol with its accents, _ or ^, and an index."""
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -59,20 +52,6 @@ def number_in_words(number: float, digits: int = DIGITS) -> str:
 def power_of_ten(power: int) -> str:
     """10⁻⁹; 1 and 10 as they are."""
     return {0: "1", 1: "10"}.get(power) or f"10{str(power).translate(SUPERSCRIPTS)}"
-
-
-def formulas(text: str) -> Markup:
-    """`text` as HTML: what follows _ or ^ on a one-letter symbol is set below or above the line."""
-    return Markup(_raised(str(escape(text))))
-
-
-def _raised(text: str) -> str:
-    def mark(found: re.Match[str]) -> str:
-        symbol, sign, index = found.groups()
-        tag = "sub" if sign == "_" else "sup"
-        return f"{symbol}<{tag}>{_raised(index[1:-1] if index[0] in '{(' else index)}</{tag}>"
-
-    return SCRIPT.sub(mark, text)
 
 
 def _trimmed(text: str) -> str:
