@@ -12,21 +12,23 @@ import gsiirl
 
 PACKAGE = Path(gsiirl.__file__).parent
 
+LEARNERS = {
+    "bilevel",
+    "interaction",
+    "expert",
+    "learner",
+    "reward_learner",
+    "continuous_expert",
+    "continuous_learner",
+}
+
 LAYERS = [
     {"types"},
     {"games", "rewards"},
     {"equilibria"},
     {"irl", "problem"},
     {"commitment"},
-    {
-        "bilevel",
-        "interaction",
-        "expert",
-        "learner",
-        "reward_learner",
-        "continuous_expert",
-        "continuous_learner",
-    },
+    LEARNERS,
     {"baselines", "evaluation"},
     {"result", "fit"},
     {"theory"},
@@ -52,17 +54,7 @@ COMMANDS = {"gsiirl.experiments.commands", "gsiirl.theory.commands"}
 """The command line's, wherever they stand: they may import what `cli` may."""
 
 SIBLINGS = [
-    {
-        "interaction",
-        "expert",
-        "learner",
-        "reward_learner",
-        "continuous_expert",
-        "continuous_learner",
-        "bilevel",
-        "fit",
-        "result",
-    },
+    LEARNERS | {"fit", "result"},
     {"baselines"},
     {"evaluation"},
 ]

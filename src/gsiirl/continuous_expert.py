@@ -53,7 +53,7 @@ class ContinuousRespondingExpert(AbstractExpert[Habits]):
         return self._practised(habits.practised, learner_policy, key, self.steps)
 
     def meet(self, habits: Habits, proposal: Proposal, number: int, key: PRNGKeyArray) -> tuple[Habits, Interaction]:
-        """Its habits once it is used to the policy offered, and `number` episodes of both (axes d, T)."""
+        """Its habits once it is used to the policy proposed, and `number` episodes of both (axes d, T)."""
         adapt_key, start_key = jax.random.split(key)
         adapted = self.adapt(habits, proposal.policy, adapt_key)
         starts = initial_states(self.solver.game, start_key, number)

@@ -113,35 +113,32 @@ def interact(
 
     def one_round(carry: tuple[State, Habits], offset: Array) -> tuple[tuple[State, Habits], Record]:
         state, habits = carry
-        meeting_key, update_key = jax.random.split(jax.random.fold_in(key, first_iteration + offset))
-        proposal = learner.propose(state)
-        after, interaction = expert.meet(habits, proposal, trajectories, meeting_key)
-        record = observe(Meeting(state, proposal, after, interaction))
-        answered = _with_probes(learner, expert, habits, state, interaction, trajectories, meeting_key, update_key)
-        return (learner.update(state, answered, update_key), after), record
+        keys = jax.random.split(jax.random.fold_in(key, first_iteration + offset))
+        met = _meeting(learner, expert, habits, state, trajectories, keys)
+        return (learner.update(state, met.interaction, keys[1]), met.habits), observe(met)
 
     return jax.lax.scan(one_round, carry, jnp.arange(iterations))
 
 
-def _with_probes(
+def _meeting(
     learner: AbstractLearner[State],
     expert: AbstractExpert[Habits],
     habits: Habits,
     state: State,
-    interaction: Interaction,
     trajectories: int,
-    meeting_key: PRNGKeyArray,
-    update_key: PRNGKeyArray,
-) -> Interaction:
-    """The interaction, with the expert's answers to the learner's probes where it has any."""
-    probes = learner.probes(state, update_key)
-    if probes is None:
-        return interaction
-    # The same key for all: the sampling noise then nearly cancels in differences between them.
-    answers = jax.vmap(
-        lambda probe: expert.meet(habits, learner.propose(probe), trajectories, meeting_key)[1].demonstrations
-    )(probes)
-    return Interaction(interaction.learner_policy, interaction.demonstrations, answers)
+    keys: Key[Array, "2"],
+) -> Meeting[State, Habits]:
+    """Propose and meet, at the learner's probes too where it has any; `keys` are for the meeting and the update."""
+    proposal = learner.propose(state)
+    after, seen = expert.meet(habits, proposal, trajectories, keys[0])
+    probes = learner.probes(state, keys[1])
+    if probes is not None:
+        # The same key for all: the sampling noise then nearly cancels in differences between them.
+        answers = jax.vmap(
+            lambda probe: expert.meet(habits, learner.propose(probe), trajectories, keys[0])[1].demonstrations
+        )(probes)
+        seen = Interaction(seen.learner_policy, seen.demonstrations, answers)
+    return Meeting(state, proposal, after, seen)
 
 
 class Round(NamedTuple):
@@ -220,9 +217,9 @@ def _meet(
     trajectories: int,
     keys: Key[Array, "..."],
 ) -> tuple[Any, Interaction]:
-    def one(habits: Any, state: Any, key: Key[Array, "2"]) -> tuple[Any, Interaction]:
-        after, met = expert.meet(habits, learner.propose(state), trajectories, key[0])
-        return after, _with_probes(learner, expert, habits, state, met, trajectories, key[0], key[1])
+    def one(habits: Any, state: Any, keys: Key[Array, "2"]) -> tuple[Any, Interaction]:
+        met = _meeting(learner, expert, habits, state, trajectories, keys)
+        return met.habits, met.interaction
 
     return jax.vmap(one)(habits, states, keys)
 

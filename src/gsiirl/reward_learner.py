@@ -13,6 +13,7 @@ with f(θ_l, θ_e) and L as `gsiirl.bilevel` defines them. Two presets: `RewardG
 `RewardGSIIRL.paper`.
 """
 
+from collections import deque
 from dataclasses import replace
 from typing import Any
 
@@ -153,9 +154,9 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
     ) -> "Learned":
         """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned."""
         keys = jax.random.split(jax.random.key(seed))[None]
-        state = eqx.filter_jit(self.init)(keys[0, 0])
-        for after in live(self, expert, keys, iterations, trajectories, progress):
-            state = jax.tree.map(lambda leaf: leaf[0], after.states)
+        last = deque(live(self, expert, keys, iterations, trajectories, progress), maxlen=1)
+        # Of one seed.
+        state = jax.tree.map(lambda leaf: leaf[0], last[0].states) if last else eqx.filter_jit(self.init)(keys[0, 0])
         scale = self.dependent_reward.scale
         return Learned(
             state=state,
