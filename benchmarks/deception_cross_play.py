@@ -19,10 +19,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
-from gsiirl.experiments.continuous_judge import Judge
-from gsiirl.experiments.deception import DeceptionConfig
-from gsiirl.experiments.deception_problem import build
-from gsiirl.experiments.mpe2_evaluation import PlayedRun
+from gsiirl.experiments.continuous.judge import Judge
+from gsiirl.experiments.deception.config import DeceptionConfig
+from gsiirl.experiments.deception.mpe2_evaluation import PlayedRun
+from gsiirl.experiments.deception.problem import build
 from gsiirl.games import play
 from gsiirl.types import Sides
 

@@ -24,11 +24,12 @@ from scipy.stats import chi2
 
 from gsiirl.continuous_learner import Lived
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.experiments import crossing_problem, deception_problem
-from gsiirl.experiments.continuous_problem import ContinuousProblem
-from gsiirl.experiments.continuous_run import expert_of, learner_of
-from gsiirl.experiments.crossing import CrossingConfig
-from gsiirl.experiments.deception import DeceptionConfig
+from gsiirl.experiments.continuous.problem import ContinuousProblem
+from gsiirl.experiments.continuous.run import expert_of, learner_of
+from gsiirl.experiments.crossing import problem as crossing_problem
+from gsiirl.experiments.crossing.config import CrossingConfig
+from gsiirl.experiments.deception import problem as deception_problem
+from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.types import Sides
 

@@ -1,7 +1,7 @@
 """A security problem small enough for tests to run whole."""
 
-from gsiirl.experiments.security import SecurityConfig
-from gsiirl.experiments.security_problem import SecurityProblem, build, network_of
+from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.experiments.security.problem import SecurityProblem, build, network_of
 
 
 def tiny_config(**changes: object) -> SecurityConfig:

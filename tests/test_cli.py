@@ -12,7 +12,7 @@ from gsiirl import __version__
 from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
-from gsiirl.experiments.security import SecurityConfig
+from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.runs import Findings
 
 Message = Callable[[list[str]], str]

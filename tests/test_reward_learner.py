@@ -7,8 +7,8 @@ import numpy as np
 import optax
 import pytest
 
-from gsiirl.experiments.security import SecurityConfig
-from gsiirl.experiments.security_problem import SecurityProblem, build
+from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.experiments.security.problem import SecurityProblem, build
 from gsiirl.expert import RespondingExpert
 from gsiirl.hypergradients import FiniteDifference, Implicit
 from gsiirl.interaction import interact

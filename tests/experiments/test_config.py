@@ -15,9 +15,9 @@ from gsiirl.experiments.config import (
     load_config,
     load_config_file,
 )
-from gsiirl.experiments.crossing import CrossingConfig
-from gsiirl.experiments.deception import DeceptionConfig
-from gsiirl.experiments.security import SecurityConfig
+from gsiirl.experiments.crossing.config import CrossingConfig
+from gsiirl.experiments.deception.config import DeceptionConfig
+from gsiirl.experiments.security.config import SecurityConfig
 from tests import helpers
 
 

@@ -5,8 +5,8 @@ from typing import Any
 import jax
 import pytest
 
-from gsiirl.experiments.deception import DeceptionConfig
-from gsiirl.experiments.deception_problem import prepare
+from gsiirl.experiments.deception.config import DeceptionConfig
+from gsiirl.experiments.deception.problem import prepare
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
 

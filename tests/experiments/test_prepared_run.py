@@ -11,7 +11,7 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.errors import InputError
 from gsiirl.experiments import runner
-from gsiirl.experiments.crossing import CrossingConfig
+from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.runs import RunFolder
 

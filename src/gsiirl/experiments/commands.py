@@ -21,10 +21,10 @@ from gsiirl.experiments.config import (
     load_config,
     load_config_file,
 )
-from gsiirl.experiments.crossing import CrossingConfig
-from gsiirl.experiments.deception import DeceptionConfig
-from gsiirl.experiments.game import GameConfig
-from gsiirl.experiments.security import SecurityConfig
+from gsiirl.experiments.crossing.config import CrossingConfig
+from gsiirl.experiments.deception.config import DeceptionConfig
+from gsiirl.experiments.game.config import GameConfig
+from gsiirl.experiments.security.config import SecurityConfig
 
 Out = Annotated[Path, Parameter(metavar="DIR", help="Run folder to make: a new or empty folder.")]
 ConfigFile = Annotated[
@@ -138,8 +138,9 @@ def reproduce(
     Finished runs in DIR are kept and an interrupted one is gone on with.
     """
     number = load_config(SecurityConfig, {"seeds": (2 if quick else 10) if seeds is None else seeds}, flag).seeds
-    from gsiirl.experiments.plan import carry_out, check_folders, cores, failed_seeds
-    from gsiirl.experiments.reproduce import plan
+    from gsiirl.experiments.plans.plan import carry_out, check_folders, failed_seeds
+    from gsiirl.experiments.plans.planned_run import cores
+    from gsiirl.experiments.plans.reproduce import plan
 
     at_a_time = min(len(cores()), 4) if jobs is None else at_least_one("--jobs", jobs)
     planned = plan(out, number, quick, maddpg)
@@ -180,7 +181,7 @@ def ablation(
     given = {"seeds": seeds, "iterations": iterations, "trajectories": trajectories}
     load_config(SecurityConfig, given, flag)
     graphs = [_whole("--graph-seeds", each) for each in graph_seeds.split(",")]
-    from gsiirl.experiments.ablation import run_ablation
+    from gsiirl.experiments.plans.ablation import run_ablation
     from gsiirl.report import write_ablation_page
 
     try:

@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from gsiirl.errors import InputError
-from gsiirl.experiments.crossing import CrossingConfig
-from gsiirl.experiments.deception import DeceptionConfig
-from gsiirl.experiments.game import GameConfig
-from gsiirl.experiments.security import SecurityConfig
+from gsiirl.experiments.crossing.config import CrossingConfig
+from gsiirl.experiments.deception.config import DeceptionConfig
+from gsiirl.experiments.game.config import GameConfig
+from gsiirl.experiments.security.config import SecurityConfig
 
 FORMAT_VERSION = 1
 

@@ -34,7 +34,7 @@ def evaluate(
     from gsiirl.experiments.config import at_least_one
 
     number = at_least_one("--episodes", episodes)
-    from gsiirl.experiments.mpe2_evaluation import PlayedRun, evaluate_in_mpe2
+    from gsiirl.experiments.deception.mpe2_evaluation import PlayedRun, evaluate_in_mpe2
 
     run = PlayedRun.open(folder)
     evaluation = evaluate_in_mpe2(run, pair, number)

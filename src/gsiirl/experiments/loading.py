@@ -8,8 +8,8 @@ import polars
 
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_from_dict
-from gsiirl.experiments.game import GameConfig
-from gsiirl.experiments.security import SecurityConfig
+from gsiirl.experiments.game.config import GameConfig
+from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.problem import Problem
 from gsiirl.result import MEND, Result, check_shapes, problem_from
 from gsiirl.runs import RunFolder
@@ -101,10 +101,10 @@ def load_run(path: Path, seed: int | None) -> Result:
 
 def _problem(config: GameConfig | SecurityConfig, path: Path) -> Problem:
     if isinstance(config, GameConfig):
-        from gsiirl.experiments.game_run import own_game
+        from gsiirl.experiments.game.run import own_game
 
         return own_game(config, path / "game.json").problem
-    from gsiirl.experiments.security_problem import build
+    from gsiirl.experiments.security.problem import build
     from gsiirl.scenarios import read_network
 
     with jax.enable_x64(True):

@@ -1,0 +1,1 @@
+"""The crossing experiment: a robot and a pedestrian."""

@@ -1,0 +1,1 @@
+"""The deception experiment: two agents and an adversary."""

@@ -1,0 +1,1 @@
+"""Many runs as one plan: the paper's comparison and the ablation."""

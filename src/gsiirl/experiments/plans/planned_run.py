@@ -1,0 +1,46 @@
+"""One run of a plan: its configuration, its folder, and how it is begun or gone on with."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from gsiirl.experiments.config import ExperimentConfig
+from gsiirl.runs import RunFolder
+
+UNBEGUN = {"game.json", "game.json.aside", "config.json.aside"}
+"""What a run that was killed before its `config.json` was there may have left."""
+
+
+class PlannedRun(NamedTuple):
+    """A configuration, and where its run is or will be."""
+
+    folder: Path
+    config: ExperimentConfig
+
+
+def do(planned: PlannedRun, told: Callable[[int, int], None] | None = None) -> None:
+    """Begin a run, or go on with it; its progress is shown, or told to `told` (see `runner.Told`)."""
+    from gsiirl.experiments import runner
+
+    folder, config = planned
+    if RunFolder.is_at(folder):
+        runner.resume(folder, told)
+    else:
+        _clear(folder)
+        runner.run(config, folder, told)
+
+
+def cores() -> list[int]:
+    """The processor cores that this process may use, by number where the system tells."""
+    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [*range(os.cpu_count() or 1)]
+
+
+def is_finished(folder: Path) -> bool:
+    """Whether `folder` holds a run that has ended."""
+    return RunFolder.is_at(folder) and RunFolder.open(folder).is_finished()
+
+
+def _clear(folder: Path) -> None:
+    for name in UNBEGUN:
+        (folder / name).unlink(missing_ok=True)

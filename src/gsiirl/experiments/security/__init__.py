@@ -1,0 +1,1 @@
+"""The security experiment: a defender of an attack graph and an attacker."""

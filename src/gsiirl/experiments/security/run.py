@@ -1,0 +1,243 @@
+"""The security experiment as the runner sees it: its four algorithms, and what is recorded of each."""
+
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, PRNGKeyArray, PyTree
+
+from gsiirl.baselines.marl import marl
+from gsiirl.compilation import QUICKLY
+from gsiirl.equilibria import AbstractSolution, LogitSolution
+from gsiirl.evaluation.reward_similarity import RewardSimilarity
+from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, saved
+from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
+from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.experiments.security.problem import SecurityProblem, build, network_of
+from gsiirl.expert import RespondingExpert
+from gsiirl.games.rollout import rollout
+from gsiirl.interaction import CHUNK, interact
+from gsiirl.learner import CommitmentLearner, LearnerState
+from gsiirl.reward_learner import RewardGSIIRL
+from gsiirl.rewards.linear import Linear
+from gsiirl.scenarios import read_network
+from gsiirl.types import Policies
+
+
+def prepare(config: SecurityConfig, saved_game: Path | None = None) -> PreparedRun:
+    """The run of a resolved configuration; `saved_game` is the `game.json` of a run to go on with.
+
+    Raises:
+        InputError: when there is no such network.
+    """
+    # A run goes on with the network as it was, wherever the file it came from may be now.
+    network = network_of(config) if saved_game is None else read_network(saved_game, config.variant)
+    problem = build(config, network)
+    bilevel = problem.bilevel
+    # What the paper's way learns is in the unit ball; a policy's learner has weights in units of the temperature.
+    by_policy = isinstance(problem.learner, CommitmentLearner) and config.algorithm in ("gsiirl", "paper")
+    unit = 1.0 if config.temperature == "unknown" else config.expert_temperature
+    scales = {name: float(bilevel.expert_reward.scale) for name in ("expert_reward", "dependent_reward", "commitment")}
+    scales |= {"expert_reward": unit, "dependent_reward": 1.0} if by_policy else {}
+    names = {"expert_reward": bilevel.expert_reward.features.names}
+    names |= dict.fromkeys(("dependent_reward", "commitment"), bilevel.dependent_reward.features.names)
+    judged = _Judge(config, problem)
+    return PreparedRun(
+        game={
+            **network.to_json_dict(),
+            "horizon": config.horizon,
+            "no_op": {"learner": config.learner_no_op, "expert": config.expert_no_op},
+            "truth": problem.true_weights,
+        },
+        algorithm=_ALGORITHMS[config.algorithm](config, problem, judged),
+        iterations=0 if config.algorithm == "marl" else config.iterations,
+        chunk=CHUNK,
+        references=lambda: problem.truth.references() | judged.yardsticks.returns,
+        parameters={name: Parameters(scales[name], names[name]) for name in names},
+    )
+
+
+def _gsiirl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") -> Algorithm:
+    if isinstance(problem.learner, CommitmentLearner):
+        return _policy_gsiirl(config, problem, problem.learner, judged)
+    return _reward_gsiirl(config, problem, problem.learner, judged)
+
+
+def _policy_gsiirl(
+    config: SecurityConfig, problem: SecurityProblem, learner: CommitmentLearner, judged: "_Judge"
+) -> Algorithm:
+    """The default: a commitment to a policy."""
+    padding = jnp.zeros(problem.game.number_of_edges)
+
+    def dependent(state: LearnerState) -> Array:
+        # No reward for blocks: those features are a commitment's alone.
+        return jnp.concatenate([state.accessed.solve(), padding])
+
+    def says(policies: Policies, expert_weights: Array, dependent_weights: Array) -> Record:
+        return {
+            **judged(policies, expert_weights, problem.bilevel.temperature),
+            "dependent_reward_pearson": judged.dependent_reward_pearson(dependent_weights),
+        }
+
+    assert isinstance(problem.expert, RespondingExpert), "checked by the configuration"
+    return policy_algorithm(
+        learner,
+        problem.expert,
+        problem.truth,
+        config.trajectories,
+        says,
+        dependent,
+        lambda policy, key: _sample_paths(problem, policy, key),
+    )
+
+
+def _reward_gsiirl(
+    config: SecurityConfig, problem: SecurityProblem, learner: RewardGSIIRL, judged: "_Judge"
+) -> Algorithm:
+    """The paper's way: a commitment to a reward."""
+    asked = config.trajectories * (3 if config.response == "measured" else 1)
+
+    def observe(state: PyTree, proposal: AbstractSolution) -> Record:
+        fitted = learner.fitted_dependent_reward(state)
+        return {
+            **judged(proposal.policies, state.expert_parameters, learner.expert_reward.scale),
+            **_solved(proposal),
+            "dependent_reward_pearson": judged.dependent_reward_pearson(fitted),
+            "expert_trajectories": (state.memory.count * asked).astype(fitted.dtype),
+            "game_solves": state.solves.astype(fitted.dtype),
+        }
+
+    def learned(state: PyTree) -> Record:
+        return {
+            "expert_reward": state.expert_parameters,
+            "dependent_reward": learner.fitted_dependent_reward(state),
+            "commitment": state.commitment,
+        }
+
+    def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
+        proposal = learner.forward(state)
+        paths = _sample_paths(problem, proposal.policies.learner, key)
+        return Ending(observe(state, proposal), paths, learned(state), {}, saved(proposal.policies))
+
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        (state, _), records = interact(
+            learner,
+            problem.expert,
+            (state, None),
+            key,
+            first,
+            number,
+            config.trajectories,
+            lambda met: observe(met.state, met.proposal.model),
+        )
+        return state, records
+
+    return Algorithm(learner.init, advance, finish)
+
+
+def _ma_irl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") -> Algorithm:
+    ma_irl, true_play = problem.ma_irl, _true_play(config, problem)
+    scale = problem.bilevel.expert_reward.scale
+    # As many demonstrations as GSIIRL asks for in all its interactions.
+    number_of_demonstrations = config.trajectories * max(config.iterations, 1)
+
+    def init(key: PRNGKeyArray) -> PyTree:
+        parameter_key, demonstration_key = jax.random.split(key)
+        keys = jax.random.split(demonstration_key, number_of_demonstrations)
+        demonstrations = jax.vmap(lambda one: rollout(one, problem.game, true_play.policies))(keys)
+        return ma_irl.init(parameter_key, demonstrations)
+
+    def observe(state: PyTree, proposal: AbstractSolution) -> Record:
+        asked = jnp.asarray(float(number_of_demonstrations))
+        found = judged(proposal.policies, state.parameters.expert, scale)
+        return {**found, **_solved(proposal), "expert_trajectories": asked}
+
+    def advance(state: PyTree, key: PRNGKeyArray, first: Array, number: int) -> tuple[PyTree, Record]:
+        def one_iteration(state: PyTree, _: None) -> tuple[PyTree, Record]:
+            return ma_irl.update(state), observe(state, ma_irl.propose(state))
+
+        return jax.lax.scan(one_iteration, state, None, length=number)
+
+    def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
+        proposal = ma_irl.propose(state)
+        learned = {"expert_reward": state.parameters.expert, "commitment": state.parameters.learner}
+        paths = _sample_paths(problem, proposal.policies.learner, key)
+        return Ending(observe(state, proposal), paths, learned, {}, saved(proposal.policies))
+
+    return Algorithm(init, advance, finish)
+
+
+def _marl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") -> Algorithm:
+    true_play = _true_play(config, problem)
+
+    def finish(_: PyTree, key: PRNGKeyArray) -> Ending:
+        policies = true_play.policies
+        record = {**problem.truth.evaluate(policies), **_solved(true_play), "regret": judged.regret(policies.learner)}
+        return Ending(record, _sample_paths(problem, policies.learner, key), {}, {}, saved(policies))
+
+    return Algorithm(
+        init=lambda key: jnp.zeros(()), advance=lambda state, key, first, number: (state, {}), finish=finish
+    )
+
+
+_ALGORITHMS = {"gsiirl": _gsiirl, "paper": _gsiirl, "ma-irl": _ma_irl, "marl": _marl}
+
+
+def _true_play(config: SecurityConfig, problem: SecurityProblem) -> AbstractSolution:
+    """Play of the true game, from which both baselines start."""
+    truth = problem.truth
+    return marl(problem.game, truth.rewards, truth.forward_model, config.discount)
+
+
+class _Judge:
+    """What the truth says of a joint policy and of the expert's reward it was made with.
+
+    The yardsticks are the same for all seeds and iterations, and are found once.
+    """
+
+    def __init__(self, config: SecurityConfig, problem: SecurityProblem) -> None:
+        bilevel = problem.bilevel
+        self.yardsticks = jax.jit(lambda: problem.truth.yardsticks(), compiler_options=QUICKLY)()
+        self._truth, self._discount, self._features = problem.truth, config.discount, bilevel.expert_reward.features
+        self._expert = RewardSimilarity.of(problem.game, bilevel.expert_reward.features)
+        self._dependent = RewardSimilarity.of(problem.game, bilevel.dependent_reward.features)
+        self._true_expert, self._true_dependent = (
+            jnp.asarray(problem.true_weights[name]) for name in ("expert_reward", "dependent_reward")
+        )
+
+    def __call__(self, policies: Policies, expert_parameters: Array, scale: float | Array) -> Record:
+        """`expert_parameters` times `scale` are the weights of the learned r_e, in reward units."""
+        return {
+            **self._truth.evaluate(policies),
+            "regret": self.regret(policies.learner),
+            "expert_reward_pearson": self._expert.pearson(expert_parameters, self._true_expert),
+            "expert_reward_epic": self._expert.epic(expert_parameters, self._true_expert, self._discount),
+            "feature_gap": self._truth.feature_gap(policies.learner, Linear(self._features, scale), expert_parameters),
+        }
+
+    def regret(self, learner_policy: Array) -> Array:
+        """Of a policy that is deployed."""
+        return self._truth.regret(learner_policy, self.yardsticks)
+
+    def dependent_reward_pearson(self, fitted: Array) -> Array:
+        return self._dependent.pearson(fitted, self._true_dependent)
+
+
+def _solved(proposal: AbstractSolution) -> Record:
+    if not isinstance(proposal, LogitSolution):
+        # Only an equilibrium that should have been found, and was not, makes a seed fail.
+        return {"forward_residual": proposal.residual}
+    return {
+        "forward_residual": jnp.where(proposal.converged, proposal.residual, jnp.inf),
+        "branch_folds": jnp.sum(proposal.branch_folds).astype(proposal.residual.dtype),
+    }
+
+
+def _sample_paths(problem: SecurityProblem, played: Array, key: PRNGKeyArray) -> dict[str, Array]:
+    """Episodes of the learner's policy and the true expert's response to it."""
+    paths = deployed_episodes(problem.truth, played, key)
+    return {
+        "state": jnp.asarray(problem.game.masks)[paths.states],
+        "learner_action": paths.actions.learner,
+        "expert_action": paths.actions.expert,
+    }
