@@ -1,6 +1,7 @@
 """From a configuration of the security experiment to the game, the two sides, and the truth that judges them."""
 
 import math
+from dataclasses import replace
 from typing import TypeVar
 
 import equinox as eqx
@@ -18,10 +19,9 @@ from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.hypergradients import SPSA, AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit, Response
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import LikelihoodLevel, MatchingLevel
-from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.irl.posterior import Inference
 from gsiirl.learner import CommitmentLearner, remembered
-from gsiirl.reward_learner import RewardGSIIRL, decaying_step
+from gsiirl.reward_learner import RewardGSIIRL
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios import load_network, random_network
@@ -145,17 +145,24 @@ def _policy_learner(config: SecurityConfig, bilevel: Bilevel) -> CommitmentLearn
 
 def _reward_learner(config: SecurityConfig, bilevel: Bilevel) -> RewardGSIIRL:
     if config.schedule == "paper":
-        steps, inner = growing_steps, optax.sgd(config.inner_step_size)
-        outer = optax.sgd(1.0 / (_given(config.smoothness) * max(config.iterations, 1) ** 0.5))
+        preset = RewardGSIIRL.paper(
+            bilevel,
+            iterations=config.iterations,
+            smoothness=_given(config.smoothness),
+            inner_step_size=config.inner_step_size,
+        )
     else:
-        steps, inner = constant_steps(config.inner_steps), optax.adam(config.inner_step_size)
-        outer = optax.adam(decaying_step(bilevel, config.step_size, config.step_decay))
-    return RewardGSIIRL(
+        preset = RewardGSIIRL.create(
+            bilevel,
+            inner_steps=config.inner_steps,
+            inner_step_size=config.inner_step_size,
+            step_size=config.step_size,
+            step_decay=config.step_decay,
+        )
+    return replace(
+        preset,
         bilevel=bilevel,
-        inner_loop=MaximumLikelihood(bilevel.temperature, steps, inner),
         hypergradient=_hypergradient(config),
-        ridge=config.regularisation,
-        optimiser=outer,
         remembered=_given(config.remembered),
         honest_start=_given(config.honest_start),
     )
