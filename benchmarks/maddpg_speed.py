@@ -14,7 +14,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from gsiirl.equilibria.maddpg import Maddpg
+from gsiirl.baselines.maddpg import Maddpg
 from gsiirl.games import Deception, play
 from gsiirl.rewards import deception
 from gsiirl.types import Sides

@@ -7,7 +7,7 @@
 VMAS has `simple_adversary`, but with a force of 1 · action where mpe2's is 5 ·, with the position moved after the
 velocity rather than before, and with one target for all environments, drawn once; this is put right here. What is
 observed and paid is mpe2's already. Sizes, learning rate, discount and targets' rate are those of
-`gsiirl.equilibria.maddpg`, the rest BenchMARL's defaults. Both sides are updated once for every 50 frames: with half as
+`gsiirl.baselines.maddpg`, the rest BenchMARL's defaults. Both sides are updated once for every 50 frames: with half as
 many updates, the good agents of seed 0 did not learn.
 
 peer.npz holds the weights of both groups after every `--every` frames along a leading axis, the last ones at its end,

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import softmax
 
-from gsiirl.equilibria.stage import StageSolution, _certified_unique, differentiable_log_policies, solve_stage
+from gsiirl.equilibria.stage.solve import StageSolution, differentiable_log_policies, solve_stage
+from gsiirl.equilibria.stage.unique import certified_unique
 from gsiirl.games import DensePayoff, MatchingPayoff
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.types import Sides
@@ -33,7 +34,7 @@ def solve(payoffs: Sides[AbstractPayoff], temperature: jax.Array) -> StageSoluti
     return solve_stage(payoffs, temperature, uniform(payoffs), TOLERANCE)
 
 
-certified = jax.jit(jax.vmap(_certified_unique))
+certified = jax.jit(jax.vmap(certified_unique))
 
 
 # --- pygambit

@@ -6,8 +6,6 @@ from gsiirl.equilibria.gap import nash_gap as nash_gap
 from gsiirl.equilibria.gap import regularised_nash_gap as regularised_nash_gap
 from gsiirl.equilibria.logit import Logit as Logit
 from gsiirl.equilibria.logit import LogitSolution as LogitSolution
-from gsiirl.equilibria.maddpg import Maddpg as Maddpg
-from gsiirl.equilibria.maddpg import MaddpgState as MaddpgState
 from gsiirl.equilibria.q_learning import QLearning as QLearning
 from gsiirl.equilibria.q_learning import QLearningSolution as QLearningSolution
 from gsiirl.equilibria.response import Response as Response

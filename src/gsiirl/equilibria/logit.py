@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from gsiirl.equilibria.base import AbstractForwardModel, AbstractSolution
-from gsiirl.equilibria.stage import differentiable_log_policies, solve_stage
+from gsiirl.equilibria.stage.solve import differentiable_log_policies, solve_stage
 from gsiirl.games.base import AbstractTabularGame, only_allowed
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.types import Number, Policies, Sides

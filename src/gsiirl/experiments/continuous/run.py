@@ -9,9 +9,9 @@ import optax
 from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
+from gsiirl.baselines.maddpg import Maddpg, MaddpgState
 from gsiirl.continuous_expert import ContinuousRespondingExpert, Habits
 from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, GradientSteps
-from gsiirl.equilibria.maddpg import Maddpg, MaddpgState
 from gsiirl.equilibria.pathwise import Ascent, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of

@@ -2,7 +2,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from gsiirl.equilibria.replay import Experience, Replay
+from gsiirl.baselines.replay import Experience, Replay
 from gsiirl.types import Sides, Transition
 
 ROUNDS, ENVIRONMENTS = 3, 4

@@ -30,8 +30,8 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray, PyTree
 
+from gsiirl.baselines.replay import Experience, Replay
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.equilibria.replay import Experience, Replay
 from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.games.rollout import initial_states
 from gsiirl.rewards.continuous import TransitionReward

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from jaxtyping import Array, Float
 
-from gsiirl.equilibria.maddpg import Maddpg, MaddpgState, Networks
+from gsiirl.baselines.maddpg import Maddpg, MaddpgState, Networks
 from gsiirl.games import AbstractContinuousGame, Crossing, Deception, play
 from gsiirl.rewards import deception
 from gsiirl.types import Sides, Transition

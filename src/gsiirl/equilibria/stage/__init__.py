@@ -1,0 +1,1 @@
+"""The logit equilibrium of one stage game."""
