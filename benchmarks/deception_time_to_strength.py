@@ -1,6 +1,6 @@
-"""How soon `pathwise` is as strong at physical deception as a peer's MADDPG at its end.
+r"""How soon `pathwise` is as strong at physical deception as a peer's MADDPG at its end.
 
-    XLA_FLAGS="--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1" taskset -c 0 \\
+    XLA_FLAGS="--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1" taskset -c 0 \
         python benchmarks/deception_time_to_strength.py --run pathwise=FOLDER --run maddpg=FOLDER --peer peer.npz
 
 The strength of a side is its mean return against a panel of opponents: those of the runs and the peer's, as

@@ -28,8 +28,11 @@ MOST_NEIGHBOURS = 256
 
 
 class Starts(eqx.Module):
-    """Where N ascents begin: logits (N, T, S, A_l), the first temperature (N,), and the part of an ascent (N,) whose
-    steps take the expert's answer as given."""
+    """Where N ascents begin.
+
+    `logits` of the policies, the expert's first `temperature`, and the part of an ascent whose steps take the expert's
+    answer as given (`simultaneous`).
+    """
 
     logits: Float[Array, "N T S A_l"]
     temperature: Float[Array, " N"]

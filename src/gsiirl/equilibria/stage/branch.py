@@ -198,6 +198,7 @@ def _unit(tangent: _Point) -> _Point:
 
 
 def uniform_like(payoffs: Sides[AbstractPayoff], allowed: Allowed) -> Sides:
+    """Log-policies that choose all allowed actions alike."""
     learner_actions, expert_actions = payoffs.learner.number_of_actions
     dtype = jax.tree.leaves(payoffs)[0].dtype
     if not masked(allowed):

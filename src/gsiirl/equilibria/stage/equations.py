@@ -24,6 +24,7 @@ ALL: Allowed = Sides(None, None)
 def best_response(
     payoffs: Sides[AbstractPayoff], policies: Sides, inverse_temperature: Float[Array, ""], allowed: Allowed
 ) -> Sides:
+    """Log-policies log_softmax(λ E Q) that answer the other side's policies."""
     values = Sides(
         inverse_temperature * payoffs.learner.learner_values(policies.expert),
         inverse_temperature * payoffs.expert.expert_values(policies.learner),
@@ -34,11 +35,13 @@ def best_response(
 def residual_of(
     payoffs: Sides[AbstractPayoff], log_policies: Sides, inverse_temperature: Float[Array, ""], allowed: Allowed
 ) -> Sides:
+    """R_l and R_e at log-policies and λ."""
     policies = jax.tree.map(jnp.exp, log_policies)
     return jax.tree.map(jnp.subtract, log_policies, best_response(payoffs, policies, inverse_temperature, allowed))
 
 
 def masked(allowed: Allowed) -> bool:
+    """Whether any action of either side may not be chosen."""
     return allowed.learner is not None or allowed.expert is not None
 
 
@@ -52,8 +55,10 @@ def where_allowed(allowed: Allowed, values: Sides, otherwise: float) -> Sides:
 
 
 def largest(residual: Sides) -> Float[Array, ""]:
+    """max |R| over both sides."""
     return jnp.maximum(jnp.max(jnp.abs(residual.learner)), jnp.max(jnp.abs(residual.expert)))
 
 
 def normalised(log_policies: Sides) -> Sides:
+    """Log-policies whose probabilities sum to 1."""
     return jax.tree.map(jax.nn.log_softmax, log_policies)
