@@ -18,9 +18,9 @@ from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.games.tabular import TabularGame
 from gsiirl.problem import Problem, StateActionNames, joint_payoff, positive
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
-from gsiirl.runs.array_file import write_arrays
-from gsiirl.runs.json_file import FORMAT_VERSION, versioned, write_json
-from gsiirl.runs.table_file import write_table
+from gsiirl.runs.files.array_file import write_arrays
+from gsiirl.runs.files.json_file import FORMAT_VERSION, versioned, write_json
+from gsiirl.runs.files.table_file import write_table
 
 MEND = "save the result again"
 

@@ -1,4 +1,4 @@
-"""Made-up runs of one attack graph, shaped like real ones, for the report's tests."""
+"""Made-up runs of one attack graph, shaped like real ones, for the report's tests, and how they are read."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from gsiirl.report.read.group import GameGroup, group_runs
+from gsiirl.report.read.run import ReportedRun
 from gsiirl.runs import RunFolder, summarise
 
 Edge = tuple[str | None, str, float]
@@ -119,6 +121,12 @@ def write_comparison(folder: Path, game: SyntheticGame | None = None, **settings
     for algorithm in FINAL_RETURNS:
         write_run(folder / algorithm, algorithm, game, **(settings if algorithm == "gsiirl" else {}))
     return [folder / algorithm for algorithm in FINAL_RETURNS]
+
+
+def group_of(paths: list[Path]) -> GameGroup:
+    """The one group that runs of one game make."""
+    (group,) = group_runs([ReportedRun.read(path) for path in paths])
+    return group
 
 
 def _metrics(

@@ -7,7 +7,7 @@ import pytest
 
 from gsiirl.errors import InputError
 from gsiirl.runs import RunFolder
-from gsiirl.runs.array_file import write_arrays
+from gsiirl.runs.files.array_file import write_arrays
 
 WEIGHTS = {
     "learner.layers.0.weight": np.arange(12, dtype=np.float32).reshape(2, 3, 2),

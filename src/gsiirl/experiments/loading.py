@@ -13,9 +13,9 @@ from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.problem import Problem
 from gsiirl.result import MEND, Result, check_shapes, problem_from
 from gsiirl.runs import RunFolder
-from gsiirl.runs.array_file import read_versioned_arrays
-from gsiirl.runs.json_file import read_versioned_json
-from gsiirl.runs.table_file import read_table
+from gsiirl.runs.files.array_file import read_versioned_arrays
+from gsiirl.runs.files.json_file import read_versioned_json
+from gsiirl.runs.files.table_file import read_table
 
 
 def load(folder: str | Path, seed: int | None = None) -> Result:

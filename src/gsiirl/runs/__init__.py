@@ -1,7 +1,7 @@
 """Run folders: what one experiment writes, and how it is read back (no JAX)."""
 
 from gsiirl.runs.ablation import Ablation as Ablation
-from gsiirl.runs.ablation import Variant as Variant
+from gsiirl.runs.ablation import AblationVariant as AblationVariant
 from gsiirl.runs.checkpoint import Checkpoint as Checkpoint
 from gsiirl.runs.findings import Curve as Curve
 from gsiirl.runs.findings import Finding as Finding
@@ -9,7 +9,7 @@ from gsiirl.runs.findings import Findings as Findings
 from gsiirl.runs.findings import Measurement as Measurement
 from gsiirl.runs.findings import Panel as Panel
 from gsiirl.runs.folder import RunFolder as RunFolder
-from gsiirl.runs.learned import Learned as Learned
+from gsiirl.runs.learned import LearnedParameters as LearnedParameters
 from gsiirl.runs.summary import GIVEN_THE_REWARDS as GIVEN_THE_REWARDS
 from gsiirl.runs.summary import statistics as statistics
 from gsiirl.runs.summary import summarise as summarise

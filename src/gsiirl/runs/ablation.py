@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import Self
 
 from gsiirl.errors import InputError
-from gsiirl.runs.json_file import read_versioned_json, versioned, write_json
+from gsiirl.runs.files.damage import refuse_damaged
+from gsiirl.runs.files.json_file import read_versioned_json, versioned, write_json
 
 PLAN = "ablation.json"
 
 
 @dataclass(frozen=True)
-class Variant:
+class AblationVariant:
     """One set of settings; `description` says what it changes over the one before."""
 
     name: str
@@ -23,7 +24,7 @@ class Ablation:
     """Variants in the order of the changes; the run of variant v on graph g is in the folder g/v."""
 
     graphs: list[str]
-    variants: list[Variant]
+    variants: list[AblationVariant]
 
     def write(self, folder: Path) -> None:
         """Write `ablation.json` into `folder`.
@@ -46,7 +47,7 @@ class Ablation:
         """
         path, mend = folder / PLAN, "run gsiirl ablation again"
         content = read_versioned_json(path, mend)
-        try:
-            return cls([str(graph) for graph in content["graphs"]], [Variant(**each) for each in content["variants"]])
-        except (KeyError, TypeError) as error:
-            raise InputError(str(path), f"is damaged ({error!r})", mend) from error
+        with refuse_damaged(path, mend):
+            return cls(
+                [str(graph) for graph in content["graphs"]], [AblationVariant(**each) for each in content["variants"]]
+            )

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from gsiirl.errors import InputError
-from gsiirl.runs.array_file import read_versioned_arrays, write_arrays
-from gsiirl.runs.json_file import FORMAT_VERSION
+from gsiirl.runs.files.array_file import read_versioned_arrays, write_arrays
+from gsiirl.runs.files.json_file import FORMAT_VERSION
 
 MEND = "delete it, and gsiirl resume starts this run from its first iteration"
 

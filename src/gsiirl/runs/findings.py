@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from gsiirl.errors import InputError
-from gsiirl.runs.json_file import read_versioned_json, versioned, write_json
+from gsiirl.runs.files.damage import refuse_damaged
+from gsiirl.runs.files.json_file import read_versioned_json, versioned, write_json
 
 FINDINGS = "theory.json"
 
@@ -139,19 +139,15 @@ class Findings:
         Raises:
             InputError: missing, damaged, or of another format.
         """
-        path = folder / FINDINGS
-        content = read_versioned_json(path, "run gsiirl theory again in another folder")
-        try:
+        path, mend = folder / FINDINGS, "run gsiirl theory again in another folder"
+        content = read_versioned_json(path, mend)
+        with refuse_damaged(path, mend):
             return cls(
                 quick=bool(content["quick"]),
                 findings=[_finding(each) for each in content["findings"]],
                 environment={str(name): str(value) for name, value in content["environment"].items()},
                 missing=[str(name) for name in content["missing"]],
             )
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise InputError(
-                str(path), f"is damaged ({error!r})", "run gsiirl theory again in another folder"
-            ) from error
 
 
 def _finding(content: dict[str, Any]) -> Finding:

@@ -11,13 +11,14 @@ import polars
 from polars.datatypes import DataTypeClass
 
 from gsiirl.errors import InputError
-from gsiirl.runs.atomic import write_atomically
 from gsiirl.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
-from gsiirl.runs.json_file import encode_json, read_json, read_versioned_json, versioned, write_json
-from gsiirl.runs.learned import MEND, Learned, read_learned, write_learned
+from gsiirl.runs.files.atomic import write_atomically
+from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.files.json_file import encode_json, read_json, read_versioned_json, versioned, write_json
+from gsiirl.runs.files.table_file import read_table, write_table
+from gsiirl.runs.learned import LearnedParameters, read_learned, write_learned
 from gsiirl.runs.metrics import append_chunk, read_chunks
 from gsiirl.runs.policies import read_policies, write_policies
-from gsiirl.runs.table_file import read_table, write_table
 
 INDEX_COLUMNS = ("seed", "trajectory", "step")
 """Columns of tables that count, however they are given."""
@@ -65,10 +66,10 @@ class RunFolder:
             raise InputError(str(path), "is no folder", "give the --out folder of a run")
         if not (path / "config.json").is_file():
             raise InputError(str(path), "is no run folder: it holds no config.json", "give the --out folder of a run")
-        config, game = (read_versioned_json(path / name, MEND) for name in ("config.json", "game.json"))
+        config, game = (read_versioned_json(path / name, START_AGAIN) for name in ("config.json", "game.json"))
         for name in ("experiment", "algorithm"):
             if not isinstance(config.get(name), str):
-                raise InputError(str(path / "config.json"), f"is damaged: it names no {name}", MEND)
+                raise InputError(str(path / "config.json"), f"is damaged: it names no {name}", START_AGAIN)
         return cls(path, config, game)
 
     @staticmethod
@@ -102,7 +103,7 @@ class RunFolder:
         """Write the learned parameters: per name an array [seeds, features], its scale and its feature names."""
         write_learned(self.path, arrays, scales, names, seeds)
 
-    def load_learned(self) -> Learned | None:
+    def load_learned(self) -> LearnedParameters | None:
         """The learned parameters, or None where there are none."""
         return read_learned(self.path)
 
@@ -120,7 +121,7 @@ class RunFolder:
 
     def paths(self) -> polars.DataFrame | None:
         """The sample trajectories, or None where there are none."""
-        return read_table(self._paths_path, MEND) if self._paths_path.exists() else None
+        return read_table(self._paths_path, START_AGAIN) if self._paths_path.exists() else None
 
     def save_reward_map(self, columns: Mapping[str, np.ndarray]) -> None:
         """Write the expert's reward by position: `seed`, `x`, `y`, `learned`, `true`, each of [rows]."""
@@ -128,7 +129,7 @@ class RunFolder:
 
     def reward_map(self) -> polars.DataFrame | None:
         """The expert's reward by position, or None where the game has none."""
-        return read_table(self._reward_map_path, MEND) if self._reward_map_path.exists() else None
+        return read_table(self._reward_map_path, START_AGAIN) if self._reward_map_path.exists() else None
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write `summary.json` (see `summarise`)."""
@@ -137,7 +138,7 @@ class RunFolder:
     def summary(self) -> dict[str, Any] | None:
         """The summary, or None where the run has not ended."""
         path = self.path / "summary.json"
-        return read_versioned_json(path, MEND) if path.exists() else None
+        return read_versioned_json(path, START_AGAIN) if path.exists() else None
 
     def is_finished(self) -> bool:
         """Whether the run has ended, so that there is nothing to go on with."""
@@ -155,7 +156,7 @@ class RunFolder:
     def environment(self) -> dict[str, Any] | None:
         """Where and how long the run ran, or None where it was not written."""
         path = self.path / "environment.json"
-        return read_json(path, MEND) if path.exists() else None
+        return read_json(path, START_AGAIN) if path.exists() else None
 
     @property
     def _checkpoint_path(self) -> Path:

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from gsiirl.errors import InputError
-from gsiirl.runs.array_file import read_arrays, write_arrays
-from gsiirl.runs.json_file import read_versioned_json, versioned, write_json
-
-MEND = "start the run again in another folder"
+from gsiirl.runs.files.array_file import read_arrays, write_arrays
+from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.files.json_file import read_versioned_json, versioned, write_json
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearnedParameters:
     """Learned parameters of every seed."""
 
     seeds: list[int]
@@ -56,7 +55,7 @@ def write_learned(
     write_json(folder / "learned.json", content)
 
 
-def read_learned(folder: Path) -> Learned | None:
+def read_learned(folder: Path) -> LearnedParameters | None:
     """What was learned, or None where nothing was (`marl`, or a run that has not ended).
 
     Raises:
@@ -65,19 +64,21 @@ def read_learned(folder: Path) -> Learned | None:
     path = folder / "learned.json"
     if not path.exists():
         return None
-    description = read_versioned_json(path, MEND)
-    arrays, _ = read_arrays(folder / "learned.safetensors", MEND)
+    description = read_versioned_json(path, START_AGAIN)
+    arrays, _ = read_arrays(folder / "learned.safetensors", START_AGAIN)
     try:
         parameters = description["parameters"]
-        learned = Learned(
+        learned = LearnedParameters(
             seeds=[int(seed) for seed in description["seeds"]],
             arrays={name: arrays[name] for name in parameters},
             scales={name: float(parameters[name]["scale"]) for name in parameters},
             names={name: list(parameters[name]["names"]) for name in parameters},
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(str(path), f"is damaged or does not fit learned.safetensors ({error!r})", MEND) from error
+        raise InputError(
+            str(path), f"is damaged or does not fit learned.safetensors ({error!r})", START_AGAIN
+        ) from error
     for name, array in learned.arrays.items():
         if array.shape != (len(learned.seeds), len(learned.names[name])):
-            raise InputError(str(path), f"{name} does not fit its array of shape {array.shape}", MEND)
+            raise InputError(str(path), f"{name} does not fit its array of shape {array.shape}", START_AGAIN)
     return learned

@@ -7,7 +7,8 @@ import numpy as np
 import polars
 
 from gsiirl.errors import InputError
-from gsiirl.runs.table_file import read_table, write_table
+from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.files.table_file import read_table, write_table
 
 KEY_COLUMNS = ("seed", "iteration")
 
@@ -31,15 +32,14 @@ def read_chunks(folder: Path, chunks: int | None = None) -> polars.DataFrame:
     Raises:
         InputError: a chunk is missing or damaged.
     """
-    mend = "start the run again in another folder"
     if chunks is None:
         paths = sorted(folder.glob("chunk-*.parquet"))
     else:
         paths = [_chunk_path(folder, chunk) for chunk in range(chunks)]
-    tables = [read_table(path, mend) for path in paths]
+    tables = [read_table(path, START_AGAIN) for path in paths]
     for path, table in zip(paths, tables, strict=True):
         if table.schema != tables[0].schema or not set(KEY_COLUMNS) <= set(table.columns):
-            raise InputError(str(path), "is damaged: its columns are not those of the other chunks", mend)
+            raise InputError(str(path), "is damaged: its columns are not those of the other chunks", START_AGAIN)
     if not tables:
         return polars.DataFrame(schema=dict.fromkeys(KEY_COLUMNS, polars.Int64))
     return polars.concat(tables).sort(KEY_COLUMNS)

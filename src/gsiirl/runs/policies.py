@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gsiirl.runs.array_file import read_versioned_arrays, write_arrays
-from gsiirl.runs.json_file import FORMAT_VERSION
-from gsiirl.runs.learned import MEND
+from gsiirl.runs.files.array_file import read_versioned_arrays, write_arrays
+from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.files.json_file import FORMAT_VERSION
 
 
 def write_policies(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -23,4 +23,4 @@ def read_policies(path: Path) -> dict[str, np.ndarray] | None:
     """
     if not path.exists():
         return None
-    return read_versioned_arrays(path, MEND)[0]
+    return read_versioned_arrays(path, START_AGAIN)[0]

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import polars
 
-from gsiirl.runs.json_file import versioned
+from gsiirl.runs.files.json_file import versioned
 from gsiirl.runs.metrics import KEY_COLUMNS
 
 GIVEN_THE_REWARDS = ("marl", "marl-maddpg")

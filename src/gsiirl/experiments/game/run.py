@@ -20,7 +20,7 @@ from gsiirl.fit import GSIIRL
 from gsiirl.games.payoff import DensePayoff
 from gsiirl.interaction import CHUNK
 from gsiirl.learner import CommitmentLearner
-from gsiirl.runs.json_file import read_versioned_json
+from gsiirl.runs.files.json_file import read_versioned_json
 from gsiirl.types import Policies, Sides
 
 

@@ -9,7 +9,7 @@ from gsiirl.experiments.config import load_config
 from gsiirl.experiments.plans.plan import carry_out, check_folders
 from gsiirl.experiments.plans.planned_run import PlannedRun
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.runs import Ablation, Variant
+from gsiirl.runs import Ablation, AblationVariant
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,13 @@ CHANGES = (
 """In the order in which they are made; with the last one the settings are the default's."""
 
 
-def variants() -> Iterator[tuple[Variant, dict[str, Any]]]:
+def variants() -> Iterator[tuple[AblationVariant, dict[str, Any]]]:
     """Every variant with the fields it sets, from the paper's preset up."""
     fields: dict[str, Any] = {"algorithm": "paper"}
-    yield Variant("paper", "the paper's preset"), dict(fields)
+    yield AblationVariant("paper", "the paper's preset"), dict(fields)
     for change in CHANGES:
         fields |= change.fields | change.budget
-        yield Variant(change.name, change.description), dict(fields)
+        yield AblationVariant(change.name, change.description), dict(fields)
 
 
 def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path) -> None:

@@ -1,0 +1,1 @@
+"""The page of `gsiirl ablation`: what each change brought."""

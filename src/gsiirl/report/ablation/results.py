@@ -1,0 +1,105 @@
+"""The results of an ablation, and the effect of each of its changes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars
+
+from gsiirl.errors import InputError
+from gsiirl.report.read.estimate import Estimate
+from gsiirl.runs import Ablation, AblationVariant, RunFolder
+
+
+@dataclass(frozen=True)
+class VariantResult:
+    """One variant on one graph; no seed is left out for ending badly."""
+
+    deployed: np.ndarray
+    """The learner's deployed return, [seeds]."""
+    pearson: np.ndarray
+    """Correlation of the expert's learned reward with the true one, [seeds]."""
+    marl: float
+    """The learner's return under MARL."""
+    random: float
+    """The learner's return when it plays at random."""
+    solves: float
+    """Games solved by one seed."""
+    trajectories: float
+    """Trajectories asked for by one seed."""
+
+    @property
+    def below_random(self) -> int:
+        """Number of seeds that ended below random play."""
+        return int(np.sum(self.deployed < self.random))
+
+
+@dataclass(frozen=True)
+class Effect:
+    """The effect of a change on one graph."""
+
+    graph: str
+    difference: Estimate
+    """Deployed return after the change less that before it, seed by seed."""
+
+    @property
+    def verdict(self) -> str:
+        """`better`, `worse`, or `no difference` where the 95 % interval holds 0."""
+        if self.difference.low > 0.0:
+            return "better"
+        return "worse" if self.difference.high < 0.0 else "no difference"
+
+
+@dataclass(frozen=True)
+class AblationResults:
+    """The results of all variants on all graphs."""
+
+    plan: Ablation
+    results: dict[tuple[str, str], VariantResult]
+    """By graph and name of the variant."""
+
+    @classmethod
+    def read(cls, folder: Path) -> "AblationResults":
+        """Read a finished ablation.
+
+        Raises:
+            InputError: a run is missing, interrupted or damaged.
+        """
+        plan = Ablation.read(folder)
+        cells = [(graph, variant.name) for graph in plan.graphs for variant in plan.variants]
+        return cls(plan, {(graph, name): _result(folder / graph / name) for graph, name in cells})
+
+    def of_variant(self, variant: AblationVariant) -> list[VariantResult]:
+        """The results of one variant, in the order of the graphs."""
+        return [self.results[graph, variant.name] for graph in self.plan.graphs]
+
+    def effects(self, variant: AblationVariant) -> list[Effect]:
+        """The effect of a variant over the one before it, for each graph; [] for the first variant."""
+        place = self.plan.variants.index(variant)
+        if place == 0:
+            return []
+        before, after = self.of_variant(self.plan.variants[place - 1]), self.of_variant(variant)
+        return [
+            Effect(graph, Estimate.over(changed.deployed - unchanged.deployed))
+            for graph, unchanged, changed in zip(self.plan.graphs, before, after, strict=True)
+        ]
+
+
+def _result(path: Path) -> VariantResult:
+    folder = RunFolder.open(path)
+    summary = folder.summary()
+    if summary is None or not summary["completed"]:
+        raise InputError(str(path), "is not finished", "run gsiirl ablation again: it goes on")
+    last = folder.metrics().filter(polars.col("iteration") == summary["iterations"]).sort("seed")
+    try:
+        columns = {name: last[name].to_numpy() for name in last.columns}
+        return VariantResult(
+            deployed=columns["deployed_return_learner"],
+            pearson=columns["expert_reward_pearson"],
+            marl=float(columns["truth_return_learner"][0]),
+            random=float(columns["random_return_learner"][0]),
+            solves=float(columns["game_solves"].mean()),
+            trajectories=float(columns["expert_trajectories"].mean()),
+        )
+    except (KeyError, IndexError) as error:
+        raise InputError(str(path), f"lacks a metric ({error!r})", "start the ablation in another folder") from error

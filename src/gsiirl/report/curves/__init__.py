@@ -1,0 +1,1 @@
+"""Figures of metrics over iterations."""

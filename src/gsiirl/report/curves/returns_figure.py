@@ -1,0 +1,94 @@
+"""Returns of both sides over iterations (the paper's Figures 2, 3 a and b, and 4)."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gsiirl.report.curves.learning_curves import (
+    draw_curves,
+    draw_legend,
+    draw_level,
+    marl_levels,
+    number_iterations,
+    random_level,
+    tell_random_play,
+)
+from gsiirl.report.figures.style import FAINT_COLOUR
+from gsiirl.report.read.group import GameGroup
+from gsiirl.report.read.run import MetricCurve
+
+MEANINGS = {
+    "deployed": "deployed: what the {learner} learned, against the real {expert}",
+    "model": "model: both play what the {learner} {expects}",
+}
+"""Of each row of panels."""
+
+Span = tuple[float, float]
+
+
+def draw_returns(group: GameGroup) -> Figure | None:
+    """Mean over seeds and a band of one standard deviation, deployed above model; None where no run has a curve."""
+    rows = [kind for kind in MEANINGS if any(_curves(group, kind, side) for side in ("learner", "expert"))]
+    if not rows:
+        return None
+    figure = Figure(figsize=(9.6, 0.75 + 3.0 * len(rows)), layout="constrained")
+    axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, sharey="col")
+    learner, expert = group.sides
+    expects = learner.verb("expects", "expect")
+    spans = {side: _span(group, rows, side) for side in ("learner", "expert")}
+    for kind, panels in zip(rows, axes, strict=True):
+        meaning = MEANINGS[kind].format(learner=learner, expert=expert, expects=expects)
+        for panel, (side, span), name in zip(panels, spans.items(), (learner, expert), strict=True):
+            _draw_panel(panel, group, f"{kind}_return_{side}", f"return_{side}", span)
+            panel.set_title(f"{name.possessive.capitalize()} return", pad=20)
+            offset = {"xytext": (0, 6), "xycoords": "axes fraction", "textcoords": "offset points"}
+            told = panel.annotate(meaning, (0, 1), color=FAINT_COLOUR, size=9, **offset)
+            # Text that is wider than the panel would else make it narrower.
+            told.set_in_layout(False)
+    for panel in axes[-1]:
+        number_iterations(panel)
+    random = random_level(group, "return_learner")
+    draw_legend(figure, group, marl_levels(group, "return_learner") + ([] if random is None else [random]))
+    return figure
+
+
+def _curves(group: GameGroup, kind: str, side: str) -> list[MetricCurve]:
+    curves = (run.curve(f"{kind}_return_{side}") for run in group.learners.values())
+    return [curve for curve in curves if curve is not None]
+
+
+def _span(group: GameGroup, kinds: list[str], side: str) -> Span | None:
+    """The lowest and the highest return that a side's panels must show; None where there are none.
+
+    These are the first, the median and the last mean of every curve, the last also less and plus its standard
+    deviation, and all levels. Curves are cut off elsewhere, so that one bad stretch of one run does not flatten all.
+    """
+    heights = [level.value for level in marl_levels(group, f"return_{side}")]
+    for curve in (curve for kind in kinds for curve in _curves(group, kind, side)):
+        mean, std = curve.mean, float(curve.std[-1])
+        heights += [float(mean[0]), float(np.median(mean)), float(mean[-1]) - std, float(mean[-1]) + std]
+    if not heights:
+        return None
+    low, high = min(heights), max(heights)
+    random = random_level(group, f"return_{side}")
+    if random is not None and low - (high - low) <= random.value <= high + (high - low):
+        low, high = min(low, random.value), max(high, random.value)
+    return low, high
+
+
+def _draw_panel(panel: Axes, group: GameGroup, metric: str, level_metric: str, span: Span | None) -> None:
+    draw_curves(panel, group, metric)
+    for level in marl_levels(group, level_metric):
+        draw_level(panel, level)
+    if span is None:
+        return
+    low, high = span
+    margin = 0.08 * (high - low) or 1.0
+    panel.set_ylim(low - margin, high + margin)
+    random = random_level(group, level_metric)
+    if random is None:
+        return
+    if low <= random.value <= high:
+        draw_level(panel, random)
+    else:
+        tell_random_play(panel, random, below=random.value < low)

@@ -1,0 +1,1 @@
+"""Figures of physical deception: an episode, and the weights of the adversary's reward."""

@@ -1,0 +1,20 @@
+"""Writing the files of a page."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from gsiirl.errors import InputError
+from gsiirl.runs.files.atomic import write_atomically
+
+
+def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
+    """Write contents by file name into `folder`, in their order, each file whole or not at all.
+
+    Raises:
+        InputError: `folder` cannot be written.
+    """
+    try:
+        for name, content in contents.items():
+            write_atomically(folder / name, content)
+    except OSError as error:
+        raise InputError("--out", f"{folder} cannot be written ({error.strerror})", "use another folder") from error

@@ -1,0 +1,1 @@
+"""The page of `gsiirl report`: from the run folders to the written files."""

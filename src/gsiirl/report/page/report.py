@@ -1,0 +1,103 @@
+"""The content of a report, as HTML, Markdown and JSON."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from gsiirl.report.figures.page_figure import PageFigure
+from gsiirl.report.output.rendering import render
+from gsiirl.report.read.group import GameGroup
+from gsiirl.report.tables.comparison import RETURNS_NOTE, ComparisonRow
+from gsiirl.report.tables.paper_results import PAPER_RESULTS
+from gsiirl.report.tables.quality import METRICS, QualityRow, used_metrics
+from gsiirl.report.tables.table_1 import Table1
+from gsiirl.report.theory.part import TheoryPart
+from gsiirl.report.words.experiments import experiment_words
+from gsiirl.runs.files.json_file import versioned
+
+GENERATOR = "gsiirl report"
+
+
+@dataclass(frozen=True)
+class Section:
+    """One game: its runs, sentences, tables and figures."""
+
+    group: GameGroup
+    verdicts: list[str]
+    comparison: list[ComparisonRow]
+    quality: list[QualityRow]
+    figures: list[PageFigure]
+
+    @property
+    def has_paper(self) -> bool:
+        """Whether the paper has results of the game's experiment."""
+        return any(row.paper is not None for row in self.comparison)
+
+    @property
+    def paper_note(self) -> str:
+        """How far the paper's results can be compared with ours; empty where it has none."""
+        return PAPER_RESULTS[self.group.experiment].note if self.has_paper else ""
+
+    @property
+    def side_headings(self) -> tuple[str, str]:
+        """Headings of the two sides in tables."""
+        learner, expert = (side.name for side in self.group.sides)
+        return (learner, expert) if learner == "learner" else (f"{learner} (learner)", f"{expert} (expert)")
+
+    def json(self) -> dict[str, Any]:
+        """The entry in `table.json`."""
+        return {
+            "experiment": self.group.experiment,
+            "game": self.group.game.get("name"),
+            "variant": self.group.game.get("variant"),
+            "verdicts": self.verdicts,
+            "returns": [row.json() for row in self.comparison],
+            "quality": [row.json() for row in self.quality],
+        }
+
+
+@dataclass(frozen=True)
+class Report:
+    """The sections of all games and the parts of all findings."""
+
+    sections: list[Section]
+    theories: list[TheoryPart]
+
+    @cached_property
+    def table_1(self) -> Table1 | None:
+        """The paper's Table 1, where at least two of its experiments are there."""
+        return Table1.of([(section.group, section.comparison) for section in self.sections])
+
+    @property
+    def figure_files(self) -> dict[str, bytes]:
+        """Contents of all figures by file name."""
+        figures = [figure for part in (*self.sections, *self.theories) for figure in part.figures]
+        return {name: content for figure in figures for name, content in figure.files.items()}
+
+    def html(self) -> str:
+        """The content of `index.html`."""
+        words = [experiment_words(section.group.experiment).here for section in self.sections]
+        here = list(dict.fromkeys(each for each in words if each is not None))
+        return self._render("page.html", generator=GENERATOR, here=here)
+
+    def markdown(self) -> str:
+        """The content of `table.md`."""
+        return self._render("table.md")
+
+    def json(self, files: list[str]) -> dict[str, Any]:
+        """The content of `table.json`; `files` are the names of all files of the report."""
+        notes = dict.fromkeys(section.paper_note for section in self.sections if section.paper_note)
+        return versioned(
+            {
+                "generator": GENERATOR,
+                "files": files,
+                "notes": [RETURNS_NOTE, *notes],
+                **({"table_1": self.table_1.json()} if self.table_1 else {}),
+                "groups": [section.json() for section in self.sections],
+                "theory": [part.findings.json() for part in self.theories],
+            }
+        )
+
+    def _render(self, template: str, **values: Any) -> str:
+        values |= {"sections": self.sections, "theories": self.theories, "table_1": self.table_1}
+        return render(template, metrics=METRICS, returns_note=RETURNS_NOTE, used_metrics=used_metrics, **values)

@@ -1,0 +1,1 @@
+"""Run folders as the report reads them: runs, groups of runs of one game, estimates over seeds."""

@@ -1,0 +1,39 @@
+"""A mean over seeds, with its standard deviation and its 95 % interval."""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import stdtrit
+
+from gsiirl.report.words.numbers import default_digits, format_number
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Mean and standard deviation (n - 1) over `count` seeds, and the 95 % t-interval of the mean."""
+
+    mean: float
+    std: float
+    low: float
+    high: float
+    count: int
+
+    @classmethod
+    def over(cls, values: np.ndarray) -> "Estimate":
+        """The estimate of values of shape [seeds], at least one; for one seed `std` is 0 and the interval its value."""
+        count, mean = len(values), float(np.mean(values))
+        if count == 1:
+            return cls(mean, 0.0, mean, mean, count)
+        std = float(np.std(values, ddof=1))
+        half = float(stdtrit(count - 1, 0.975)) * std / math.sqrt(count)
+        return cls(mean, std, mean - half, mean + half, count)
+
+    def json(self) -> dict[str, Any]:
+        """The entry in `table.json`."""
+        return asdict(self)
+
+    def __str__(self) -> str:
+        digits = default_digits(self.mean)
+        return f"{format_number(self.mean, digits)} ± {format_number(self.std, digits)}"

@@ -1,0 +1,98 @@
+"""Runs of one game, which are compared with each other."""
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from gsiirl.report.read.run import ReportedRun
+from gsiirl.report.words.algorithms import algorithm_rank, algorithm_style
+from gsiirl.report.words.experiments import VARIANTS, ExperimentWords, SideName, experiment_words
+
+
+@dataclass(frozen=True)
+class GameGroup:
+    """The runs of one game."""
+
+    key: str
+    """Name for files, unique in a report."""
+    runs: dict[str, ReportedRun]
+    """By label, in the report's order."""
+
+    @property
+    def first(self) -> ReportedRun:
+        """The run that stands first."""
+        return next(iter(self.runs.values()))
+
+    @property
+    def game(self) -> dict[str, Any]:
+        """The game that all runs share."""
+        return self.first.game
+
+    @property
+    def experiment(self) -> str:
+        """The experiment that all runs share."""
+        return self.first.experiment
+
+    @property
+    def words(self) -> ExperimentWords:
+        """The experiment's words."""
+        return experiment_words(self.experiment)
+
+    @property
+    def title(self) -> str:
+        """The game's name."""
+        return f"{self.words.title}: {self.game.get('name', 'unnamed game')}"
+
+    @property
+    def variant(self) -> str:
+        """The game's variant in words."""
+        name = str(self.game.get("variant", ""))
+        return VARIANTS.get(name, name)
+
+    @property
+    def sides(self) -> tuple[SideName, SideName]:
+        """Names of learner and expert."""
+        return self.words.learner, self.words.expert
+
+    @property
+    def learners(self) -> dict[str, ReportedRun]:
+        """The runs that learn rewards."""
+        return {label: run for label, run in self.runs.items() if not run.given_the_rewards}
+
+    @property
+    def exploring(self) -> str:
+        """A sentence for captions that says whose exploring interactions are left out; empty where no run explores."""
+        names = [label for label, run in self.learners.items() if run.explores]
+        return f" Encounters that {' and '.join(names)} plays to see more, not to earn, are left out." if names else ""
+
+    def of(self, algorithm: str) -> ReportedRun | None:
+        """The first run of an algorithm with a kept seed, or None."""
+        return next((run for run in self.runs.values() if run.algorithm == algorithm and run.kept_seeds), None)
+
+    def reference(self, metric: str) -> float | None:
+        """Mean of a final metric of MARL (`truth_...`) or of random play (`random_...`); None where no run holds it."""
+        for run in self.runs.values():
+            # MARL by another solver has a line of its own.
+            estimate = None if run.algorithm == "marl-maddpg" else run.estimate(metric)
+            if estimate is not None:
+                return estimate.mean
+        return None
+
+
+def group_runs(runs: list[ReportedRun]) -> list[GameGroup]:
+    """Runs grouped by experiment and game, in the order in which they are given."""
+    groups: dict[str, list[ReportedRun]] = {}
+    for run in runs:
+        groups.setdefault(json.dumps([run.experiment, run.game], sort_keys=True), []).append(run)
+    return [GameGroup(f"game-{number}", _labelled(group)) for number, group in enumerate(groups.values(), start=1)]
+
+
+def _labelled(runs: list[ReportedRun]) -> dict[str, ReportedRun]:
+    """Runs by the name of their algorithm; of several with one algorithm each has its folder in the label."""
+    algorithms = [run.algorithm for run in runs]
+    labelled: dict[str, ReportedRun] = {}
+    for run in sorted(runs, key=lambda run: algorithm_rank(run.algorithm)):
+        name = algorithm_style(run.algorithm).name
+        label = name if algorithms.count(run.algorithm) == 1 else f"{name} ({run.path.name})"
+        labelled[f"{name} ({run.path})" if label in labelled else label] = run
+    return labelled

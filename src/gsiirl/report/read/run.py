@@ -1,0 +1,140 @@
+"""A run as the report reads it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars
+
+from gsiirl.errors import InputError
+from gsiirl.report.read.estimate import Estimate
+from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, summarise
+from gsiirl.runs.files.damage import refuse_damaged
+
+
+@dataclass(frozen=True)
+class MetricCurve:
+    """A metric over iterations: mean and standard deviation over seeds, each of shape [iterations]."""
+
+    iteration: np.ndarray
+    mean: np.ndarray
+    std: np.ndarray
+
+
+@dataclass(frozen=True)
+class ReportedRun:
+    """The results of a run; all but `seeds` and `failed_seeds` is of the seeds that did not fail (the kept seeds)."""
+
+    path: Path
+    experiment: str
+    algorithm: str
+    game: dict[str, Any]
+    seeds: list[int]
+    failed_seeds: list[int]
+    iterations: int
+    completed: bool
+    final: dict[str, np.ndarray]
+    """Per metric the values of the last iteration, of shape [kept seeds]."""
+    metrics: polars.DataFrame
+    learned: LearnedParameters | None
+    paths: polars.DataFrame | None
+    reward_map: polars.DataFrame | None
+    wall_seconds: float | None
+
+    @classmethod
+    def read(cls, path: Path) -> "ReportedRun":
+        """The run in a folder; of an interrupted one the iterations that were finished.
+
+        Raises:
+            InputError: the folder holds no run, a damaged one, or one without any finished iteration.
+        """
+        folder = RunFolder.open(path)
+        metrics = folder.metrics()
+        if metrics.is_empty():
+            raise InputError(str(path), "has no finished iteration yet", f"use gsiirl resume {path} first")
+        summary = folder.summary() or summarise(folder.config, metrics, completed=False)
+        with refuse_damaged(path / "summary.json"):
+            failed = [int(seed) for seed in summary["failed_seeds"]]
+            return cls(
+                path=path,
+                experiment=folder.config["experiment"],
+                algorithm=_algorithm(folder.config),
+                game=folder.game,
+                seeds=[int(seed) for seed in summary["seeds"]],
+                failed_seeds=failed,
+                iterations=int(summary["iterations"]),
+                completed=bool(summary["completed"]),
+                final={name: np.array(each["per_seed"], dtype=float) for name, each in summary["final"].items()},
+                metrics=metrics.filter(~polars.col("seed").is_in(failed)),
+                learned=folder.load_learned(),
+                paths=folder.paths(),
+                reward_map=folder.reward_map(),
+                wall_seconds=(folder.environment() or {}).get("wall_seconds"),
+            )
+
+    @property
+    def kept_seeds(self) -> list[int]:
+        """Seeds that did not fail."""
+        return [seed for seed in self.seeds if seed not in self.failed_seeds]
+
+    @property
+    def given_the_rewards(self) -> bool:
+        """Whether the algorithm is given both rewards and learns none (MARL)."""
+        return self.algorithm in GIVEN_THE_REWARDS
+
+    def estimate(self, metric: str) -> Estimate | None:
+        """The estimate of a final metric, or None where the run does not have it."""
+        values = self.final.get(metric)
+        return None if values is None or not len(values) else Estimate.over(values)
+
+    @property
+    def explores(self) -> bool:
+        """Whether some interactions were played to explore: to learn about the expert, not to earn."""
+        return "exploring" in self.metrics.columns and bool((self.metrics["exploring"] > 0).any())
+
+    def curve(self, metric: str) -> MetricCurve | None:
+        """A metric over iterations, or None where the run does not have it.
+
+        Left out are the seeds that `not_finite` names, and interactions that were played to explore.
+        """
+        table = self._along(metric).filter(~polars.col("seed").is_in(self.not_finite(metric)))
+        if self.explores:
+            played_to_earn = self.metrics.filter(polars.col("exploring") == 0).select("seed", "iteration")
+            table = table.join(played_to_earn, on=["seed", "iteration"], how="semi")
+        if table.is_empty():
+            return None
+        table = (
+            table.group_by("iteration")
+            .agg(mean=polars.col("value").mean(), std=polars.col("value").std(ddof=1).fill_null(0.0))
+            .sort("iteration")
+        )
+        return MetricCurve(*(table[name].to_numpy() for name in ("iteration", "mean", "std")))
+
+    def not_finite(self, metric: str) -> list[int]:
+        """Kept seeds with a value of the metric that is not finite."""
+        return self._along(metric).filter(~polars.col("finite"))["seed"].unique().sort().to_list()
+
+    def _along(self, metric: str) -> polars.DataFrame:
+        """A table of `seed`, `iteration`, `value` and `finite`, from the first iteration with a measured value."""
+        if metric not in self.metrics.columns:
+            return polars.DataFrame(schema={"seed": int, "iteration": int, "value": float, "finite": bool})
+        value = polars.col(metric)
+        table = self.metrics.select(
+            "seed", "iteration", value=value, finite=value.cast(float).is_finite().fill_null(False)
+        )
+        begin = table.filter("finite")["iteration"].min()
+        return table.clear() if begin is None else table.filter(polars.col("iteration") >= begin)
+
+    def weights(self, parameter: str) -> np.ndarray | None:
+        """Learned weights in reward units, of shape [kept seeds, features], or None where there are none."""
+        if self.learned is None or parameter not in self.learned.arrays:
+            return None
+        kept = [index for index, seed in enumerate(self.learned.seeds) if seed not in self.failed_seeds]
+        return self.learned.weights(parameter)[kept] if kept else None
+
+
+def _algorithm(config: dict[str, Any]) -> str:
+    """The name of the algorithm; MARL solved by MADDPG has its own, however the configuration says so."""
+    by_maddpg = config["algorithm"] == "marl" and config.get("solver") == "maddpg"
+    return "marl-maddpg" if by_maddpg else config["algorithm"]

@@ -1,0 +1,1 @@
+"""Figures of an attack graph: the graph, the learned weights, one trajectory."""

@@ -1,0 +1,66 @@
+"""The figures of an attack graph, with their words."""
+
+from gsiirl.report.figures.page_figure import PageFigure, page_figure
+from gsiirl.report.read.group import GameGroup
+from gsiirl.report.read.run import ReportedRun
+from gsiirl.report.security.graph_figure import draw_attack_graph
+from gsiirl.report.security.recorded_graph import RecordedGraph
+from gsiirl.report.security.recovery_figure import draw_recovery
+from gsiirl.report.security.sample_path import pick_sample_path
+from gsiirl.report.security.sample_path_figure import draw_sample_path
+from gsiirl.report.words.algorithms import algorithm_style
+
+
+def security_figures(group: GameGroup, shown: ReportedRun | None) -> list[PageFigure | None]:
+    """The figures of one game in the page's order; `shown` is the run whose learned values and trajectory they show."""
+    graph = RecordedGraph.read(group.game, group.first.path)
+    return [_attack_graph(group, graph, shown), _recovery(group, graph), _sample_path(group, graph, shown)]
+
+
+def _attack_graph(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | None) -> PageFigure | None:
+    weights = None if shown is None else shown.weights("expert_reward")
+    values = None if weights is None else weights.mean(axis=0)[: len(graph.nodes)]
+    caption = (
+        "Each box is a machine, each arrow an attack that can lead from one to the next. The attacker works from left "
+        "to right; the defender sees it all and blocks one arrow a step."
+    )
+    if shown is not None and values is not None:
+        caption += (
+            f" The two bars of a box compare what the machine is truly worth to the attacker with what "
+            f"{algorithm_style(shown.algorithm).name} learned (mean over {len(shown.kept_seeds)} seeds): equal bars, "
+            "well learned."
+        )
+    return page_figure(
+        f"{group.key}-attack-graph",
+        "The network, and what the defender learned about its attacker",
+        caption,
+        "Attack graph with the true and the learned value of every node",
+        draw_attack_graph(graph, values),
+    )
+
+
+def _recovery(group: GameGroup, graph: RecordedGraph) -> PageFigure | None:
+    return page_figure(
+        f"{group.key}-recovery",
+        "Are the learned rewards the true ones?",
+        "Each point is one weight of a reward, with its standard deviation over seeds: on the diagonal it was learned "
+        "exactly. Footholds are left out: what they are worth has no effect. The last panel follows the agreement "
+        "along the iterations.",
+        "Learned against true reward weights, and their correlation along the iterations",
+        draw_recovery(group, graph),
+    )
+
+
+def _sample_path(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | None) -> PageFigure | None:
+    path = None if shown is None else pick_sample_path(graph, shown)
+    if shown is None or path is None:
+        return None
+    return page_figure(
+        f"{group.key}-path",
+        "One encounter, step by step",
+        f"The learned defender ({algorithm_style(shown.algorithm).name}, seed {path.seed}) against the real attacker. "
+        f"Red cells are machines in the attacker's hands after the step. Of {path.recorded} recorded encounters this "
+        "is the one in which most machines fall.",
+        "Timeline of one trajectory: attacks, blocks and compromised nodes",
+        draw_sample_path(graph, path),
+    )

@@ -1,0 +1,125 @@
+"""True against learned reward weights, and their correlation over iterations."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gsiirl.report.curves.learning_curves import draw_curve, number_iterations
+from gsiirl.report.figures.style import FAINT_COLOUR
+from gsiirl.report.read.group import GameGroup
+from gsiirl.report.security.recorded_graph import RecordedGraph
+from gsiirl.report.words.algorithms import algorithm_style
+
+COMMON_CONSTANT = (
+    "* up to a common constant: an attacker that must attack something pays some cost every step, "
+    "so their mean cannot be learned"
+)
+
+
+@dataclass(frozen=True)
+class _Series:
+    """The weights of one run in one scatter plot."""
+
+    label: str
+    colour: str
+    true: np.ndarray
+    """[features]"""
+    learned: np.ndarray
+    """[seeds, features]"""
+    hollow: bool = False
+
+
+def draw_recovery(group: GameGroup, graph: RecordedGraph) -> Figure | None:
+    """Scatter plots (attacker's values and costs, defender's losses) and Pearson; None if nothing was learned.
+
+    Footholds are left out: they cannot be taken, so their value has no effect and cannot be learned.
+    """
+    count = len(graph.nodes)
+    nodes = np.flatnonzero(~np.array(graph.footholds))
+    edges = np.arange(count, count + len(graph.edges))
+    costs = _series(group, "expert_reward", graph.expert_truth, edges)
+    losses = _series(group, "dependent_reward", graph.dependent_truth, nodes, ", losses")
+    attacks = _series(group, "dependent_reward", graph.dependent_truth, edges, ", attacks", hollow=True)
+    panels = {
+        "What each node is worth to the attacker": _series(group, "expert_reward", graph.expert_truth, nodes),
+        f"What each attack costs the attacker{'' if graph.expert_no_op else '*'}": (
+            costs if graph.expert_no_op else [_up_to_a_constant(each) for each in costs]
+        ),
+        "What the attacker costs the defender": losses + attacks,
+    }
+    panels = {title: series for title, series in panels.items() if series}
+    if not panels:
+        return None
+    figure = Figure(figsize=(9.6, 8.4), layout="constrained")
+    *scatters, pearson = figure.subplots(2, 2).ravel()[: len(panels) + 1]
+    for panel, (title, series) in zip(scatters, panels.items(), strict=True):
+        _draw_scatter(panel, title, series)
+    _draw_pearson(pearson, group)
+    if not graph.expert_no_op:
+        figure.supxlabel(COMMON_CONSTANT, fontsize=9)
+    for empty in figure.axes[len(panels) + 1 :]:
+        empty.set_axis_off()
+    return figure
+
+
+def _series(
+    group: GameGroup, parameter: str, truth: np.ndarray, part: np.ndarray, suffix: str = "", hollow: bool = False
+) -> list[_Series]:
+    """The features in `part` of every run that learned all features of `truth`."""
+    learned = {label: run.weights(parameter) for label, run in group.runs.items()}
+    return [
+        _Series(label + suffix, algorithm_style(group.runs[label].algorithm).colour, truth[part], each[:, part], hollow)
+        for label, each in learned.items()
+        if each is not None and each.shape[1] >= len(truth)
+    ]
+
+
+def _up_to_a_constant(series: _Series) -> _Series:
+    """The series with each seed's mean moved onto the true mean.
+
+    An attacker that cannot abstain pays one of its costs every step, whatever it does: nobody can learn their mean.
+    """
+    learned = series.learned
+    return replace(series, learned=learned - learned.mean(axis=1, keepdims=True) + series.true.mean())
+
+
+def _draw_scatter(panel: Axes, title: str, series: list[_Series]) -> None:
+    extremes: list[float] = [0.0]
+    for each in series:
+        mean = each.learned.mean(axis=0)
+        std = each.learned.std(axis=0, ddof=1) if len(each.learned) > 1 else np.zeros(len(each.true))
+        look = {"fmt": "s", "markersize": 5} if each.hollow else {"fmt": "o", "markersize": 7}
+        panel.errorbar(
+            *(each.true, mean, std),
+            markerfacecolor="white" if each.hollow else each.colour,
+            color=each.colour,
+            alpha=0.85,
+            elinewidth=1.2,
+            label=each.label,
+            **look,
+        )
+        extremes += [*each.true.tolist(), *(mean - std).tolist(), *(mean + std).tolist()]
+    low, high = min(extremes), max(extremes)
+    margin = 0.06 * (high - low or 1.0)
+    ends = (low - margin, high + margin)
+    panel.plot(ends, ends, color=FAINT_COLOUR, linewidth=1, linestyle="--", zorder=1, label="learned = true")
+    panel.set(xlim=ends, ylim=ends, aspect="equal", xlabel="true weight", ylabel="learned weight", title=title)
+    panel.legend(loc="upper left", fontsize=9)
+
+
+def _draw_pearson(panel: Axes, group: GameGroup) -> None:
+    rewards = {
+        "expert_reward_pearson": ("attacker's reward", "-"),
+        "dependent_reward_pearson": ("defender's dependent reward", "--"),
+    }
+    for label, run in group.runs.items():
+        for metric, (whose, line) in rewards.items():
+            if (curve := run.curve(metric)) is not None:
+                draw_curve(panel, curve, algorithm_style(run.algorithm).colour, f"{label}, {whose}", line, band=0.15)
+    panel.axhline(1.0, color=FAINT_COLOUR, linewidth=1, linestyle=":")
+    panel.set(ylabel="Pearson correlation with the truth", title="Agreement with the truth (1: perfect)")
+    number_iterations(panel)
+    if panel.get_legend_handles_labels()[0]:
+        panel.legend(loc="lower right", fontsize=9)

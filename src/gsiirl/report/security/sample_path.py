@@ -1,0 +1,75 @@
+"""One recorded trajectory of an attack graph."""
+
+from dataclasses import dataclass
+
+import polars
+
+from gsiirl.report.read.run import ReportedRun
+from gsiirl.report.security.recorded_graph import OUTSIDE, RecordedGraph
+
+
+@dataclass(frozen=True)
+class PathStep:
+    """The two actions of a step and their outcome."""
+
+    attack: str
+    block: str
+    outcome: str
+    """`taken`, `blocked`, `failed`, `wasted` (the attack could not succeed), `idle` or `unknown` (not recorded)."""
+    compromised: frozenset[int]
+    """Nodes compromised after the step; before it, where the state after it is not recorded."""
+    fallen: frozenset[int]
+    """Nodes that fell in this step."""
+
+
+@dataclass(frozen=True)
+class SamplePath:
+    """A trajectory and its place among the recorded ones."""
+
+    seed: int
+    trajectory: int
+    recorded: int
+    """Number of trajectories it was picked from."""
+    steps: list[PathStep]
+
+
+def pick_sample_path(graph: RecordedGraph, run: ReportedRun) -> SamplePath | None:
+    """The recorded trajectory in which most nodes fall, of equals the first; None where none was recorded."""
+    if run.paths is None:
+        return None
+    kept = run.paths.filter(polars.col("seed").is_in(run.kept_seeds)).sort("seed", "trajectory", "step")
+    trajectories = kept.partition_by("seed", "trajectory", maintain_order=True)
+    if not trajectories:
+        return None
+    chosen = max(trajectories, key=lambda table: int(table["state"][-1]).bit_count())
+    rows = chosen.select("expert_action", "learner_action", "state", following=polars.col("state").shift(-1)).rows()
+    steps = [_step(graph, *row) for row in rows]
+    return SamplePath(int(chosen["seed"][0]), int(chosen["trajectory"][0]), len(trajectories), steps)
+
+
+def _step(graph: RecordedGraph, attack: int, block: int, state: int, following: int | None) -> PathStep:
+    return PathStep(
+        attack=graph.edge_name(attack),
+        block=graph.edge_name(block),
+        outcome=_outcome(graph, attack, block, state, following),
+        compromised=_members(state if following is None else following),
+        fallen=_members(0 if following is None else following & ~state),
+    )
+
+
+def _outcome(graph: RecordedGraph, attack: int, block: int, state: int, following: int | None) -> str:
+    if attack == len(graph.edges):
+        return "idle"
+    source, target = graph.edges[attack]
+    if (source != OUTSIDE and not state >> source & 1) or state >> target & 1:
+        return "wasted"
+    if attack == block:
+        return "blocked"
+    if following is None:
+        return "unknown"
+    return "taken" if following != state else "failed"
+
+
+def _members(state: int) -> frozenset[int]:
+    """The nodes whose bits are set."""
+    return frozenset(node for node in range(state.bit_length()) if state >> node & 1)

@@ -1,0 +1,1 @@
+"""Tables of returns and of other metrics, beside the figures that the paper prints."""

@@ -1,0 +1,1 @@
+"""The page of `gsiirl theory`: the findings and their figures."""

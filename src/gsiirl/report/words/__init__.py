@@ -1,0 +1,1 @@
+"""Names of algorithms and experiments, and numbers and formulas as text."""

@@ -1,0 +1,110 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsiirl.errors import InputError
+from gsiirl.report import write_ablation_page
+from gsiirl.report.ablation.results import AblationResults
+from gsiirl.runs import Ablation, AblationVariant, RunFolder, summarise
+
+SEEDS, ITERATIONS, MARL, RANDOM = 6, 2, -5.0, -6.0
+PLAN = Ablation(
+    ["graph-0", "graph-3"],
+    [
+        AblationVariant("paper", "the paper's preset"),
+        AblationVariant("memory", "a memory"),
+        AblationVariant("nothing", "no change at all"),
+        AblationVariant("harm", "a change for the worse"),
+    ],
+)
+MEANS = {"paper": -6.5, "memory": -5.5, "nothing": -5.5, "harm": -7.0}
+
+
+def write_variant(path: Path, mean: float, completed: bool = True) -> None:
+    """A run whose deployed return ends at `mean`, with seeds ± 0.3 about it, the same for every variant."""
+    config = {"experiment": "security", "algorithm": "gsiirl", "seeds": SEEDS, "iterations": ITERATIONS}
+    run = RunFolder.create(path, config, {"name": "made up"})
+    shape = (SEEDS, ITERATIONS + 1)
+    offsets = np.linspace(-0.3, 0.3, SEEDS)[:, None]
+    # A different fall of each variant's noise: without it, paired differences would have no spread at all.
+    noise = 0.05 * np.random.default_rng(abs(int(100 * mean)) + len(path.name)).normal(size=shape)
+    noise -= noise.mean(axis=0, keepdims=True)
+    columns = {
+        "deployed_return_learner": mean + offsets + noise,
+        "expert_reward_pearson": np.full(shape, 0.9),
+        "truth_return_learner": np.full(shape, MARL),
+        "random_return_learner": np.full(shape, RANDOM),
+        "game_solves": np.broadcast_to(7.0 * np.arange(ITERATIONS + 1), shape),
+        "expert_trajectories": np.broadcast_to(100.0 * np.arange(ITERATIONS + 1), shape),
+    }
+    seed, iteration = np.indices(shape)
+    rows = {"seed": seed, "iteration": iteration, **columns}
+    run.append_metrics(0, {name: np.ascontiguousarray(column).reshape(-1) for name, column in rows.items()})
+    if completed:
+        run.write_summary(summarise(run.config, run.metrics(), completed=True))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    PLAN.write(tmp_path)
+    for graph in PLAN.graphs:
+        for variant in PLAN.variants:
+            write_variant(tmp_path / graph / variant.name, MEANS[variant.name])
+    return tmp_path
+
+
+def test_the_plan_reads_back_as_written(tmp_path):
+    PLAN.write(tmp_path)
+    assert Ablation.read(tmp_path) == PLAN
+
+
+def test_changes_are_judged_by_paired_differences(folder):
+    results = AblationResults.read(folder)
+    first, *changes = PLAN.variants
+    assert results.effects(first) == []
+    for variant, difference, verdict in zip(
+        changes, (1.0, 0.0, -1.5), ("better", "no difference", "worse"), strict=True
+    ):
+        effects = results.effects(variant)
+        assert [effect.verdict for effect in effects] == [verdict] * 2
+        # Seeds differ by up to 0.6, their differences do not.
+        np.testing.assert_allclose([effect.difference.mean for effect in effects], difference, atol=1e-9)
+        assert all(effect.difference.std < 0.2 for effect in effects)
+
+
+def test_no_seed_is_left_out_for_ending_badly(folder):
+    cell = AblationResults.read(folder).results["graph-0", "paper"]
+    assert len(cell.deployed) == SEEDS
+    assert cell.below_random == SEEDS
+    assert cell.deployed.mean() == pytest.approx(MEANS["paper"])
+    assert (cell.solves, cell.trajectories, cell.marl) == (14.0, 200.0, MARL)
+
+
+def test_the_page_holds_every_variant_and_the_same_runs_give_the_same_bytes(folder):
+    files = [write_ablation_page(folder), folder / "ablation.md", *sorted((folder / "figures").iterdir())]
+    first = {path.name: path.read_bytes() for path in files}
+    assert {"ablation.png", "ablation.svg", "index.html", "ablation.md"} == set(first)
+    page, table = first["index.html"].decode(), first["ablation.md"].decode()
+    for variant in PLAN.variants:
+        assert variant.name in page
+        assert f"| {variant.name}: {variant.description} |" in table
+    assert "better on 2" in page
+    assert "no difference on 2" in page
+    assert "http" not in page.replace("http://www.w3.org", "")
+    write_ablation_page(folder)
+    assert {path.name: path.read_bytes() for path in files} == first
+
+
+def test_an_unfinished_run_is_named(folder):
+    write_variant(folder / "graph-9" / "paper", -6.0, completed=False)
+    Ablation(["graph-9"], PLAN.variants[:1]).write(folder)
+    with pytest.raises(InputError, match=r"graph-9.paper: is not finished; run gsiirl ablation again"):
+        write_ablation_page(folder)
+
+
+def test_a_damaged_plan_is_named(tmp_path):
+    (tmp_path / "ablation.json").write_text(json.dumps({"format_version": 1, "graphs": ["graph-0"]}))
+    with pytest.raises(InputError, match=r"ablation.json: is damaged"):
+        write_ablation_page(tmp_path)

@@ -1,0 +1,26 @@
+"""Runs and a report of the two games in the plane, made once for all tests."""
+
+from pathlib import Path
+
+import pytest
+from report.synthetic import write_run
+from report.synthetic_plane import write_plane_comparison
+
+from gsiirl.report import ReportFiles, build_report
+
+
+@pytest.fixture(scope="session")
+def plane_runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Path]]:
+    """Run folders by experiment; in the crossing, seed 1 of gsiirl has failed."""
+    folder = tmp_path_factory.mktemp("runs")
+    return {
+        "crossing": write_plane_comparison(folder / "crossing", "crossing", failed_seed=1),
+        "deception": write_plane_comparison(folder / "deception", "deception"),
+        "security": [write_run(folder / "security", "gsiirl").path],
+    }
+
+
+@pytest.fixture(scope="session")
+def plane_report(plane_runs: dict[str, list[Path]], tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
+    """The report of all of them."""
+    return build_report([path for paths in plane_runs.values() for path in paths], tmp_path_factory.mktemp("out"))

@@ -1,0 +1,62 @@
+"""A recorded trajectory is told step by step."""
+
+from pathlib import Path
+
+import numpy as np
+from report.synthetic import SyntheticGame
+
+from gsiirl.report.read.run import ReportedRun
+from gsiirl.report.security.recorded_graph import RecordedGraph
+from gsiirl.report.security.sample_path import SamplePath, pick_sample_path
+from gsiirl.runs import RunFolder
+
+GRAPH = {"nodes": ["a", "b", "c"], "footholds": ["a"], "edges": [("a", "b", 0.5), ("b", "c", 0.5)]}
+NO_OP = 2
+
+
+def path_of(folder: Path, steps: list[tuple[int, int, int]], seed: int = 0) -> SamplePath:
+    """Of one trajectory given as (state, attacked edge, blocked edge), beside a duller one."""
+    game = SyntheticGame(GRAPH).content()
+    run = RunFolder.create(folder / "run", {"experiment": "security", "algorithm": "gsiirl"}, game)
+    run.append_metrics(0, {"seed": np.array([seed]), "iteration": np.array([0])})
+    dull = [(seed, 0, step, 0b001, NO_OP, NO_OP) for step in range(len(steps))]
+    told = [(seed, 1, step, state, block, attack) for step, (state, attack, block) in enumerate(steps)]
+    names = ("seed", "trajectory", "step", "state", "learner_action", "expert_action")
+    run.save_paths(dict(zip(names, np.array(dull + told).T, strict=True)))
+    graph = RecordedGraph.read(game, run.path)
+    path = pick_sample_path(graph, ReportedRun.read(run.path))
+    assert path is not None
+    return path
+
+
+def test_outcomes_follow_from_states_and_actions(tmp_path: Path) -> None:
+    path = path_of(
+        tmp_path,
+        [
+            (0b001, 1, 0),  # b is not held: nothing can come of attacking c from it
+            (0b001, 0, 0),  # blocked
+            (0b001, 0, 1),  # fails
+            (0b001, 0, NO_OP),  # succeeds
+            (0b011, 0, 1),  # b is held already
+            (0b011, NO_OP, 1),
+            (0b011, 1, 0),  # the last: what came of it is not recorded
+        ],
+    )
+    assert [step.outcome for step in path.steps] == [
+        "wasted",
+        "blocked",
+        "failed",
+        "taken",
+        "wasted",
+        "idle",
+        "unknown",
+    ]
+    assert [set(step.fallen) for step in path.steps] == [set(), set(), set(), {1}, set(), set(), set()]
+    assert [len(step.compromised) for step in path.steps] == [1, 1, 1, 2, 2, 2, 2]
+    assert path.steps[3].attack == "a → b"
+    assert path.steps[3].block == "nothing"
+
+
+def test_the_trajectory_in_which_most_falls_is_told(tmp_path: Path) -> None:
+    path = path_of(tmp_path, [(0b001, 0, 1), (0b011, 1, 0), (0b111, NO_OP, NO_OP)], seed=4)
+    assert (path.seed, path.trajectory, path.recorded) == (4, 1, 2)
