@@ -1,4 +1,4 @@
-"""Peak memory of one exact hypergradient at T = 512 on 256 states: `python -m gsiirl.theory.peak_memory` measures it.
+"""Peak memory of one exact hypergradient at T = 512 on 256 states: measured by running this module.
 
 The peak of a process never falls, so it is measured in a process of its own.
 """

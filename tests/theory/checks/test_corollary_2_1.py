@@ -5,8 +5,8 @@ import pytest
 
 from gsiirl.equilibria.response import respond
 from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
-from gsiirl.theory import corollary_2_1, theorem_2
-from gsiirl.theory.games import DISCOUNT, TEMPERATURE
+from gsiirl.theory.checks import corollary_2_1, theorem_2
+from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE
 from gsiirl.types import Sides
 
 ITERATIONS = 4

@@ -29,9 +29,9 @@ from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
 from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient
 from gsiirl.irl.expectations import reward_gradient_expectation
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem, Size
-from gsiirl.theory.lower_solution import LowerSolution, solve_lower
-from gsiirl.theory.slopes import fitted_slope, guide
+from gsiirl.theory.support.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem, Size
+from gsiirl.theory.support.lower_solution import LowerSolution, solve_lower
+from gsiirl.theory.support.slopes import fitted_slope, guide
 from gsiirl.types import Policies, Sides
 
 TOLERANCE = 1e-5

@@ -27,7 +27,7 @@ from gsiirl.hypergradients import (
 )
 from gsiirl.hypergradients.spsa import Factors
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.slopes import fitted_slope
+from gsiirl.theory.support.slopes import fitted_slope
 
 LEARNER_SIZE, EXPERT_SIZE = 5, 4
 REGULARISATION = 0.1

@@ -17,8 +17,8 @@ from gsiirl.hypergradients.problem import BilevelProblem
 from gsiirl.hypergradients.spsa import SPSA, Factors
 from gsiirl.irl.expectations import sampled_reward_gradient
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem
-from gsiirl.theory.slopes import fitted_slope, guide
+from gsiirl.theory.support.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem
+from gsiirl.theory.support.slopes import fitted_slope, guide
 
 SIZE = SIZES[0]
 EPISODES = 50

@@ -19,8 +19,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.theory.direct import LemmaThree, LemmaThreeProblem
-from gsiirl.theory.soft_joint_model import SoftJointModel
+from gsiirl.theory.support.direct import LemmaThree, LemmaThreeProblem
+from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 
 def printed_problem(model: SoftJointModel, demonstrations: Float[Array, "T S A_l A_e"]) -> LemmaThreeProblem:

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from gsiirl.hypergradients import FiniteDifference, HessianVectorCG, Implicit
-from gsiirl.theory import lemma_1_and_3
-from gsiirl.theory.direct import Direct
-from gsiirl.theory.games import SIZES
-from gsiirl.theory.lemma_1_and_3 import LEMMA_1, LEMMA_3, OURS, Game
+from gsiirl.theory.checks import lemma_1_and_3
+from gsiirl.theory.checks.lemma_1_and_3 import LEMMA_1, LEMMA_3, OURS, Game
+from gsiirl.theory.support.direct import Direct
+from gsiirl.theory.support.games import SIZES
 
 SIZE = 1
 """The one of SIZES with n = m, where the orientation of the mixed derivative shows."""

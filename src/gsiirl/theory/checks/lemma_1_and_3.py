@@ -15,9 +15,9 @@ from jaxtyping import Array, Float
 
 from gsiirl.equilibria.soft_joint import joint_occupancy
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.direct import LemmaThree
-from gsiirl.theory.games import SIZES, TEMPERATURE, RandomProblem
-from gsiirl.theory.soft_joint_model import SoftJointModel
+from gsiirl.theory.support.direct import LemmaThree
+from gsiirl.theory.support.games import SIZES, TEMPERATURE, RandomProblem
+from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 REGULARISATION = 0.1
 NORM = 0.8

@@ -15,9 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.games import TEMPERATURE
-from gsiirl.theory.slopes import fitted_slope
-from gsiirl.theory.theorem_2 import (
+from gsiirl.theory.checks.theorem_2 import (
     Games,
     algorithm_1,
     draw_games,
@@ -25,6 +23,8 @@ from gsiirl.theory.theorem_2 import (
     lower_gradients,
     minimisers,
 )
+from gsiirl.theory.support.games import TEMPERATURE
+from gsiirl.theory.support.slopes import fitted_slope
 
 REGULARISATIONS = (1e-1, 1e-2, 1e-3)
 LAST_STEPS = 10_000

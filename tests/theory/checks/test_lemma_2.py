@@ -5,10 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.theory import lemma_2
-from gsiirl.theory.games import Size
-from gsiirl.theory.lemma_2 import ESTIMATORS, IMPLICIT, Case, Measured
-from gsiirl.theory.slopes import fitted_slope
+from gsiirl.theory.checks import lemma_2
+from gsiirl.theory.checks.lemma_2 import ESTIMATORS, IMPLICIT, Case, Measured
+from gsiirl.theory.support.games import Size
+from gsiirl.theory.support.slopes import fitted_slope
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gsiirl.hypergradients.implicit import Implicit
-from gsiirl.theory import theorem_2
-from gsiirl.theory.slopes import fitted_slope
-from gsiirl.theory.theorem_2 import Iteration
+from gsiirl.theory.checks import theorem_2
+from gsiirl.theory.checks.theorem_2 import Iteration
+from gsiirl.theory.support.slopes import fitted_slope
 
 REGULARISATION = 0.05
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from gsiirl.hypergradients import BilevelProblem
-from gsiirl.theory import lemma_6
-from gsiirl.theory.games import Size
-from gsiirl.theory.lemma_2 import Case, Game
-from gsiirl.theory.lemma_6 import Point, all_signs, point_number, sampled_estimates
-from gsiirl.theory.slopes import fitted_slope
+from gsiirl.theory.checks import lemma_6
+from gsiirl.theory.checks.lemma_2 import Case, Game
+from gsiirl.theory.checks.lemma_6 import Point, all_signs, point_number, sampled_estimates
+from gsiirl.theory.support.games import Size
+from gsiirl.theory.support.slopes import fitted_slope
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
 

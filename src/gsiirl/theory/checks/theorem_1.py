@@ -16,13 +16,13 @@ from jaxtyping import Array, Float
 
 from gsiirl.hypergradients import SPSA, AbstractEstimator, BilevelProblem, HessianVectorCG, Implicit
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.direct import Direct
-from gsiirl.theory.games import RandomProblem, Size
-from gsiirl.theory.operations import Operations, count_operations
-from gsiirl.theory.peak_memory import HORIZON, attack_graph_bilevel
-from gsiirl.theory.printed_forms import printed_problem
-from gsiirl.theory.slopes import fitted_slope, guide
-from gsiirl.theory.soft_joint_model import SoftJointModel
+from gsiirl.theory.support.direct import Direct
+from gsiirl.theory.support.games import RandomProblem, Size
+from gsiirl.theory.support.operations import Operations, count_operations
+from gsiirl.theory.support.peak_memory import HORIZON, attack_graph_bilevel
+from gsiirl.theory.support.printed_forms import printed_problem
+from gsiirl.theory.support.slopes import fitted_slope, guide
+from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 REGULARISATION = 0.1
 PRINTED_DIRECT, PRINTED_SPSA = "direct form as printed", "SPSA as printed"
@@ -181,7 +181,7 @@ def fitted(costs: dict[int, float]) -> list[int]:
 def start_peak_memory() -> "subprocess.Popen[str]":
     """Begin to measure the peak of memory, in a process of its own."""
     return subprocess.Popen(
-        [sys.executable, "-m", "gsiirl.theory.peak_memory"],
+        [sys.executable, "-m", "gsiirl.theory.support.peak_memory"],
         stdout=subprocess.PIPE,
         text=True,
         # Memory of the machine, not of a device.
@@ -197,7 +197,7 @@ def finish_peak_memory(process: "subprocess.Popen[str]") -> tuple[float, float]:
     """
     answer, _ = process.communicate()
     if process.returncode != 0:
-        raise RuntimeError(f"gsiirl.theory.peak_memory ended with status {process.returncode}")
+        raise RuntimeError(f"gsiirl.theory.support.peak_memory ended with status {process.returncode}")
     found = json.loads(answer)
     if not found["finite"]:
         raise RuntimeError("the hypergradient on 256 states is not finite")

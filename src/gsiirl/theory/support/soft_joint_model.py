@@ -13,8 +13,8 @@ from jaxtyping import Array, Float
 
 from gsiirl.equilibria.soft_joint import SoftJoint, SoftJointSolution, joint_occupancy
 from gsiirl.games.payoff import DensePayoff
-from gsiirl.theory.direct import LemmaThree, LemmaThreeProblem
-from gsiirl.theory.games import DISCOUNT, TEMPERATURE, RandomProblem
+from gsiirl.theory.support.direct import LemmaThree, LemmaThreeProblem
+from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE, RandomProblem
 from gsiirl.types import Sides
 
 

@@ -25,9 +25,9 @@ from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
 from gsiirl.irl.likelihood import played_gradient
 from gsiirl.irl.maximum_likelihood import growing_steps
 from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
-from gsiirl.theory.lower_solution import solve_lower
-from gsiirl.theory.slopes import fitted_slope, guide
+from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
+from gsiirl.theory.support.lower_solution import solve_lower
+from gsiirl.theory.support.slopes import fitted_slope, guide
 from gsiirl.types import Sides
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
