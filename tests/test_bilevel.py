@@ -11,7 +11,7 @@ import pytest
 from gsiirl.bilevel import Bilevel, LowerLevel
 from gsiirl.hypergradients import coordinate_jacobian
 from gsiirl.irl.memory import Memory, Played
-from gsiirl.theory.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
+from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
 from gsiirl.types import Policies
 from tests import oracles
 

@@ -26,7 +26,7 @@ from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
 from gsiirl.irl.likelihood import played_gradient
 from gsiirl.irl.memory import Memory, Played
 from gsiirl.rewards.linear import Linear
-from gsiirl.types import Sides
+from gsiirl.types import Number, Sides
 
 LowerLevel = Literal["played", "equilibrium"]
 
@@ -46,7 +46,7 @@ class Bilevel(eqx.Module):
     forward_model: AbstractForwardModel
     temperature: float
     discount: float
-    regularisation: float = 1e-3
+    regularisation: Number = 1e-3
     lower_level: LowerLevel = eqx.field(static=True, default="played")
 
     def committed_reward(self, commitment: Float[Array, " n"]) -> AbstractPayoff:
@@ -123,7 +123,6 @@ class Bilevel(eqx.Module):
             demonstrated,
             self.temperature,
             self.discount,
-            0.0,
         )
 
     def _soft_value(self, commitment: Array, believed: Array, expert_parameters: Array) -> Array:

@@ -33,7 +33,7 @@ from gsiirl.irl.expectations import sampled_reward_gradient
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.irl.memory import Memory, Played
 from gsiirl.rewards.linear import Linear
-from gsiirl.types import Interaction, Trajectories
+from gsiirl.types import Interaction, Number, Trajectories
 
 PROBE = 0.1
 """How far from θ_l, in every coordinate, the learner asks to be met when it measures the expert's response."""
@@ -83,7 +83,7 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
     bilevel: Bilevel
     inner_loop: MaximumLikelihood
     hypergradient: AbstractEstimator
-    ridge: float
+    ridge: Number
     optimiser: optax.GradientTransformation = eqx.field(static=True)
     remembered: int = eqx.field(static=True)
     honest_start: bool = eqx.field(static=True)
@@ -202,23 +202,37 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
         return jax.vmap(lambda commitment: eqx.tree_at(lambda at: at.commitment, state, commitment))(asked)
 
     def update(self, state: RewardLearnerState, interaction: Interaction, key: PRNGKeyArray) -> RewardLearnerState:
+        accessed = state.accessed.read(
+            self.dependent_reward, DependentValue(self.bilevel.accessed), interaction.demonstrations
+        )
+        played = Played(interaction.learner_policy, self._demonstrated(interaction.demonstrations))
+        return self.learn(state, played, accessed, key, self._measured(state, interaction, key))
+
+    def learn(
+        self,
+        state: RewardLearnerState,
+        played: Played,
+        accessed: LeastSquares,
+        key: PRNGKeyArray,
+        demonstration_jacobian: Float[Array, "m n"] | None = None,
+    ) -> RewardLearnerState:
+        """The state after an interaction of which these are known: what was `played`, r_ld as far as it was read.
+
+        `demonstration_jacobian` is dμ̂_e(D(θ_l))/dθ_l, where it was measured.
+        """
         bilevel, iteration = self.bilevel, state.memory.count
-        demonstrated = self._demonstrated(interaction.demonstrations)
-        memory = state.memory.remember(key, Played(interaction.learner_policy, demonstrated))
+        memory = state.memory.remember(key, played)
         expert_parameters, lower_optimiser = self.inner_loop.fit(
             lambda theta: bilevel.lower_gradient(state.commitment, theta, memory),
             state.expert_parameters,
             state.lower_optimiser,
             iteration,
         )
-        accessed = state.accessed.read(
-            bilevel.dependent_reward, DependentValue(bilevel.accessed), interaction.demonstrations
-        )
         start = state.commitment
         if self.honest_start:
             start = self._better(start, accessed.solve(self.ridge), expert_parameters)
         # What was demonstrated was played while the old θ_e was believed.
-        problem = bilevel.problem(state.expert_parameters, demonstrated, self._measured(state, interaction, key))
+        problem = bilevel.problem(state.expert_parameters, played.demonstrated, demonstration_jacobian)
         estimate, hypergradient = self.hypergradient.estimate(
             problem, start, expert_parameters, state.hypergradient, jax.random.fold_in(key, 1), iteration
         )

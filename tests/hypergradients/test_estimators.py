@@ -18,10 +18,10 @@ from gsiirl.hypergradients import (
     Response,
 )
 from gsiirl.hypergradients.spsa import Factors
-from gsiirl.theory.direct import Direct
-from gsiirl.theory.games import RandomProblem, Size
-from gsiirl.theory.lower_solution import solve_lower
-from gsiirl.theory.soft_joint_model import SoftJointModel
+from gsiirl.theory.support.direct import Direct
+from gsiirl.theory.support.games import RandomProblem, Size
+from gsiirl.theory.support.lower_solution import solve_lower
+from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 LEARNER_SIZE, EXPERT_SIZE, REGULARISATION = 4, 3, 0.2
 KEY = jax.random.key(0)

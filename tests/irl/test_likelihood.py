@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from gsiirl.equilibria.response import respond
-from gsiirl.irl.expectations import reward_gradient_expectation
-from gsiirl.irl.likelihood import expected_negative_log_likelihood, played_gradient
+from gsiirl.irl.expectations import reward_gradient_expectation, state_distributions
+from gsiirl.irl.likelihood import played_gradient
 from gsiirl.rewards.linear import Linear, TabularFeatures
 from gsiirl.types import Sides
 from tests import helpers, oracles
 
-TEMPERATURE, REGULARISATION = 0.3, 0.01
+TEMPERATURE = 0.3
 
 
 def problem(seed: int):
@@ -25,16 +25,21 @@ def problem(seed: int):
     return dense, game, features, reward, theta, Sides(jnp.asarray(learner), expert)
 
 
+def negative_log_likelihood(game, reward, parameters, demonstrated):
+    """L without λ, of infinitely many demonstrations: the expectation over exact occupancies of the policies."""
+    response = respond(game, demonstrated.learner, reward.payoff(parameters), TEMPERATURE, helpers.DISCOUNT)
+    distributions = state_distributions(game, demonstrated)
+    weights = helpers.DISCOUNT ** jnp.arange(game.horizon, dtype=distributions.dtype)
+    log_likelihood = jnp.sum(demonstrated.expert * jnp.log(response.policy), axis=-1)
+    return -jnp.sum(weights[:, None] * distributions * log_likelihood)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_lemma_1_is_the_gradient_of_the_likelihood_for_exact_occupancies(seed):
     _, game, _, reward, theta, true = problem(seed)
     demonstrated = reward_gradient_expectation(game, reward, true, helpers.DISCOUNT)
-    found = played_gradient(
-        game, reward, theta, true.learner, demonstrated, TEMPERATURE, helpers.DISCOUNT, REGULARISATION
-    )
-    expected = jax.grad(
-        lambda x: expected_negative_log_likelihood(game, reward, x, true, TEMPERATURE, helpers.DISCOUNT, REGULARISATION)
-    )(theta)
+    found = played_gradient(game, reward, theta, true.learner, demonstrated, TEMPERATURE, helpers.DISCOUNT)
+    expected = jax.grad(lambda x: negative_log_likelihood(game, reward, x, true))(theta)
     assert float(jnp.linalg.norm(found - expected)) <= 1e-9 * float(jnp.linalg.norm(expected))
 
 
@@ -44,13 +49,11 @@ def test_likelihood_and_gradient_agree_with_the_oracle():
         oracles.occupancy(dense.transition, dense.initial, np.asarray(true.learner), np.asarray(true.expert)),
         np.asarray(true.learner),
     )
-    settings = helpers.DISCOUNT, TEMPERATURE, REGULARISATION
+    settings = helpers.DISCOUNT, TEMPERATURE, 0.0
     expected = oracles.negative_log_likelihood(np.asarray(theta), features, dense.transition, exact, *settings)
-    found = expected_negative_log_likelihood(game, reward, theta, true, TEMPERATURE, helpers.DISCOUNT, REGULARISATION)
+    found = negative_log_likelihood(game, reward, theta, true)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     gradient = oracles.lemma_1_gradient(np.asarray(theta), features, dense.transition, dense.initial, exact, *settings)
     demonstrated = reward_gradient_expectation(game, reward, true, helpers.DISCOUNT)
-    found = played_gradient(
-        game, reward, theta, true.learner, demonstrated, TEMPERATURE, helpers.DISCOUNT, REGULARISATION
-    )
+    found = played_gradient(game, reward, theta, true.learner, demonstrated, TEMPERATURE, helpers.DISCOUNT)
     np.testing.assert_allclose(found, gradient, rtol=1e-11)

@@ -36,7 +36,7 @@ class BilevelProblem(eqx.Module):
     """
 
     evaluate: Callable[[Array, Array], tuple[Array, Array]]
-    regularisation: float
+    regularisation: float | Float[Array, ""]
     upper_gradient: Callable[[Array, Array], Array] | None = None
     demonstration_jacobian: Float[Array, "m n"] | None = None
 

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, Linear
-from gsiirl.types import Sides, Trajectories
+from gsiirl.types import Number, Sides, Trajectories
 
 
 class LeastSquares(eqx.Module):
@@ -37,7 +37,7 @@ class LeastSquares(eqx.Module):
             self.moment + jnp.einsum("dt,dtn,dt->n", weights, gradients, values),
         )
 
-    def solve(self, ridge: float) -> Float[Array, " n"]:
+    def solve(self, ridge: Number) -> Float[Array, " n"]:
         """argmin Σ (r^θ − r_ld)² + ridge·‖θ‖², projected to the closed unit ball."""
         identity = jnp.eye(self.moment.shape[0], dtype=self.moment.dtype)
         return optax.projections.projection_l2_ball(jnp.linalg.solve(self.gram + ridge * identity, self.moment), 1.0)

@@ -150,7 +150,7 @@ class MatchingLevel(AbstractLowerLevel[MatchingState]):
         def gradient(parameters: Array) -> Array:
             each = jax.vmap(
                 lambda played: played_gradient(
-                    game, self.reward, parameters, played.learner_policy, played.demonstrated, 1.0, discount, 0.0
+                    game, self.reward, parameters, played.learner_policy, played.demonstrated, 1.0, discount
                 )
             )(memory.kept)
             return jnp.mean(each, axis=0, where=memory.filled[:, None]) + self.regularisation * parameters

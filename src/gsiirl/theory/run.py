@@ -44,13 +44,13 @@ class Check:
 
 
 CHECKS = (
-    Check("gsiirl.theory.lemma_1_and_3", "Lemmas 1 and 3"),
-    Check("gsiirl.theory.lemma_2", "Lemma 2", beside=True),
-    Check("gsiirl.theory.quadratic", "Quadratic problem"),
-    Check("gsiirl.theory.lemma_6", "Lemma 6"),
-    Check("gsiirl.theory.theorem_1", "Theorem 1", timed=True),
-    Check("gsiirl.theory.theorem_2", "Theorem 2", beside=True),
-    Check("gsiirl.theory.corollary_2_1", "Corollary 2.1"),
+    Check("gsiirl.theory.checks.lemma_1_and_3", "Lemmas 1 and 3"),
+    Check("gsiirl.theory.checks.lemma_2", "Lemma 2", beside=True),
+    Check("gsiirl.theory.checks.quadratic", "Quadratic problem"),
+    Check("gsiirl.theory.checks.lemma_6", "Lemma 6"),
+    Check("gsiirl.theory.checks.theorem_1", "Theorem 1", timed=True),
+    Check("gsiirl.theory.checks.theorem_2", "Theorem 2", beside=True),
+    Check("gsiirl.theory.checks.corollary_2_1", "Corollary 2.1"),
 )
 
 

@@ -5,16 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.theory import lemma_2
-from gsiirl.theory.games import Size
-from gsiirl.theory.lemma_2 import ESTIMATORS, IMPLICIT, Case, Measured
-from gsiirl.theory.slopes import fitted_slope
+from gsiirl.theory.checks import lemma_2
+from gsiirl.theory.checks.lemma_2 import ESTIMATORS, IMPLICIT
+from gsiirl.theory.support.brute_force import Case, Measured
+from gsiirl.theory.support.games import Size
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
 
 
-def case(**settings) -> Case:
-    return Case.draw(0, SIZE, forward_model="soft_joint", **settings)
+def case(regularisation: float = 0.1, **settings) -> Case:
+    return Case.draw(0, SIZE, regularisation, forward_model="soft_joint", **settings)
 
 
 @pytest.fixture(scope="module")
@@ -29,9 +29,7 @@ def sphere() -> Measured:
 
 def test_brute_force_differentiates_what_is_solved_anew(inside):
     at = inside.case
-    solve = jax.jit(
-        lambda theta: lemma_2.solved_anew(at.game, theta, at.believed, jnp.asarray(at.regularisation), at.lower_level)
-    )
+    solve = jax.jit(lambda theta: at.solved_anew(theta))
     step = 1e-4
     direction = jnp.asarray([0.6, -0.3, 0.7])
     forth, back = (solve(at.commitment + sign * step * direction) for sign in (1.0, -1.0))
@@ -65,11 +63,9 @@ def test_a_part_outside_the_class_is_in_the_demonstrations_and_in_no_feature(ins
     assert not np.any(inside.case.game.unexpressed)
 
 
-def test_asymmetry_and_slope():
+def test_asymmetry():
     assert lemma_2.asymmetry(jnp.asarray([[1.0, 2.0], [2.0, 3.0]])) == 0.0
     assert lemma_2.asymmetry(jnp.asarray([[0.0, 1.0], [-1.0, 1.0]])) == pytest.approx(2.0**0.5)
-    x = np.array([0.1, 0.2, 0.4])
-    assert fitted_slope(x.tolist(), 3.0 * x**1.5) == pytest.approx(1.5)
 
 
 def test_the_check_holds_and_draws_what_it_says(monkeypatch: pytest.MonkeyPatch):

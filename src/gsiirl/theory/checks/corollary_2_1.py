@@ -10,21 +10,18 @@ are π_θe = (π_l, respond(π_l, θ_e)) and π_e = (π_l, respond(π_l, true r_
 
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+import optax
 from jaxtyping import Array, Float
 
-from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.games import TEMPERATURE
-from gsiirl.theory.slopes import fitted_slope
-from gsiirl.theory.theorem_2 import (
-    Games,
-    algorithm_1,
-    draw_games,
-    fits,
-    lower_gradients,
-    minimisers,
-)
+from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps
+from gsiirl.runs.findings import Finding, Measurement, Panel
+from gsiirl.theory.support.algorithm_1 import Games, algorithm_1, draw_games
+from gsiirl.theory.support.curves import curve, fitted_slope, median
+from gsiirl.theory.support.games import TEMPERATURE, RandomProblem
+from gsiirl.theory.support.total_derivative import equilibria, lower_gradient, minimisers
 
 REGULARISATIONS = (1e-1, 1e-2, 1e-3)
 LAST_STEPS = 10_000
@@ -49,42 +46,57 @@ class Gaps:
     exact: Float[np.ndarray, " N"]
 
 
+@jax.jit
+@jax.vmap
 def feature_differences(
-    games: Games, learner_policy: Float[Array, "N T S A_l"], demonstrated: Float[Array, "N m"], at: Float[Array, "N m"]
-) -> Float[np.ndarray, "N m"]:
-    """μ_e(π_l, respond(π_l, θ_e)) − μ̂_e = τ∇L without λ, for each game."""
-    return TEMPERATURE * np.asarray(lower_gradients(games.problems, learner_policy, demonstrated, at, 0.0))
+    problem: RandomProblem, learner_policy: Float[Array, "T S A_l"], at: Float[Array, " m"]
+) -> Float[Array, " m"]:
+    """μ_e(π_l, respond(π_l, θ_e)) − μ̂_e = τ∇L without λ, in each of N games."""
+    return TEMPERATURE * lower_gradient(problem, learner_policy, at, 0.0)
+
+
+@jax.jit
+def settled_estimates(
+    problems: RandomProblem,
+    policies: Float[Array, "N T S A_l"],
+    starts: Float[Array, "N m"],
+    regularisation: Float[Array, ""],
+    rates: Float[Array, " N"],
+) -> Float[Array, "N m"]:
+    """θ_e after `LAST_STEPS` inner steps of size `rates` = 1/L_L against policies that are held."""
+
+    def of_one(problem: RandomProblem, policy: Array, start: Array, rate: Array) -> Array:
+        loop = MaximumLikelihood(TEMPERATURE, constant_steps(LAST_STEPS), optax.sgd(rate / TEMPERATURE))
+
+        def gradient(theta: Array) -> Array:
+            return lower_gradient(problem, policy, theta, regularisation)
+
+        return loop.fit(gradient, start, loop.optimiser.init(start), jnp.asarray(0))[0]
+
+    return jax.vmap(of_one)(problems, policies, starts, rates)
 
 
 def measure_gaps(games: Games, regularisation: float, iterations: int) -> Gaps:
     """Run Algorithm 1 with exact demonstrations and a constant step, and follow the gap."""
-    true = np.asarray(games.problems.true_parameters)
+    problems, true = games.problems, np.asarray(games.problems.true_parameters)
+    run = algorithm_1(games, 1.0 / games.upper_smoothness, iterations, regularisation)
     gaps, differences = [], []
-    run = list(algorithm_1(games, 1.0 / games.upper_smoothness, iterations, regularisation))
-    for iteration in run:
-        features = feature_differences(
-            games, iteration.played.learner_policy, iteration.demonstrated, iteration.estimates
-        )
+    for commitments, believed, fitted in zip(run.commitments, run.estimates[:-1], run.estimates[1:], strict=True):
+        played = equilibria(problems, commitments, believed).learner_policy
+        features = np.asarray(feature_differences(problems, played, fitted))
         gaps.append(np.linalg.norm(features, axis=1))
-        returns = np.stack([np.sum(theta * features, axis=1) for theta in (np.asarray(iteration.estimates), true)])
+        returns = [np.sum(theta * features, axis=1) for theta in (np.asarray(fitted), true)]
         differences.append(np.max(np.abs(returns), axis=0))
-    policy, demonstrated = run[-1].played.learner_policy, run[-1].demonstrated
-    minimiser = minimisers(games.problems, policy, regularisation)
-    settled = fits(
-        games.problems,
-        policy,
-        demonstrated,
-        run[-1].estimates,
-        regularisation,
-        1.0 / (games.lower_smoothness + regularisation),
-        jnp.asarray(LAST_STEPS),
-    )
+    policies = equilibria(problems, run.commitments[-1], run.estimates[-2]).learner_policy
+    minimiser = minimisers(problems, policies, regularisation)
+    rates = 1.0 / (games.lower_smoothness + regularisation)
+    settled = settled_estimates(problems, policies, run.estimates[-1], jnp.asarray(regularisation), rates)
     return Gaps(
         gaps=np.stack(gaps),
         differences=np.stack(differences),
         floors=TEMPERATURE * regularisation * np.linalg.norm(minimiser, axis=1),
-        settled=np.linalg.norm(feature_differences(games, policy, demonstrated, settled), axis=1),
-        exact=np.linalg.norm(feature_differences(games, policy, demonstrated, minimiser), axis=1),
+        settled=np.linalg.norm(feature_differences(problems, policies, settled), axis=1),
+        exact=np.linalg.norm(feature_differences(problems, policies, minimiser), axis=1),
     )
 
 
@@ -107,7 +119,7 @@ def check(quick: bool) -> Finding:
     found = {regularisation: measure_gaps(games, regularisation, iterations) for regularisation in REGULARISATIONS}
     number = len(games.upper_smoothness)
     measurements, curves = [], []
-    steps = [float(each) for each in range(1, iterations + 1)]
+    steps, ends = range(1, iterations + 1), (1, iterations)
     for regularisation, each in found.items():
         ratios = each.settled / each.floors
         measurements += [
@@ -126,14 +138,13 @@ def check(quick: bool) -> Finding:
                 float(np.mean(each.gaps[-1] / each.floors)),
             ),
         ]
-        mean_gap, mean_floor = each.gaps.mean(axis=1), float(each.floors.mean())
+        floor = float(each.floors.mean())
         curves += [
-            Curve(f"gap, λ = {regularisation:g}", steps, mean_gap.tolist()),
-            Curve(f"floor τλ‖θ_e*‖, λ = {regularisation:g}", [1.0, float(iterations)], [mean_floor] * 2, role="guide"),
+            curve(f"gap, λ = {regularisation:g}", steps, each.gaps.mean(axis=1)),
+            curve(f"floor τλ‖θ_e*‖, λ = {regularisation:g}", ends, (floor, floor), "guide"),
         ]
-    smallest = found[REGULARISATIONS[-1]]
-    start = float(smallest.gaps[0].mean())
-    curves.append(Curve("slope -1/4", [1.0, float(iterations)], [start, start * iterations**-0.25], role="paper"))
+    start = float(found[REGULARISATIONS[-1]].gaps[0].mean())
+    curves.append(curve("slope -1/4", ends, (start, start * iterations**-0.25), "paper"))
     slopes = [value for each in found.values() for value in rates(each)]
     measurements += [
         Measurement(
@@ -152,7 +163,7 @@ def check(quick: bool) -> Finding:
             max(slopes),
             at_most=-0.25,
         ),
-        Measurement("the same slope, median of the runs", float(np.median(slopes))),
+        Measurement("the same slope, median of the runs", median(slopes)),
     ]
     return Finding(
         key="corollary-2-1",

@@ -13,16 +13,9 @@ from jaxtyping import Array, Float
 
 from gsiirl.equilibria.soft_joint import SoftJoint, SoftJointSolution, joint_occupancy
 from gsiirl.games.payoff import DensePayoff
-from gsiirl.theory.direct import LemmaThree, LemmaThreeProblem
-from gsiirl.theory.games import DISCOUNT, TEMPERATURE, RandomProblem
+from gsiirl.theory.support.direct import LemmaThree, LemmaThreeProblem, Tables
+from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE, RandomProblem
 from gsiirl.types import Sides
-
-
-class Tables(eqx.Module):
-    """Discounted sums from (s, a) at t on, and their means μ(s, t) = Σ_a π(a|s, t) μ(s, a, t)."""
-
-    from_action: Float[Array, "T S A_l A_e k"]
-    from_state: Float[Array, "T S k"]
 
 
 class SoftJointModel(eqx.Module):
@@ -67,18 +60,6 @@ class SoftJointModel(eqx.Module):
     def objective(self, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Array:
         """f(θ_l, θ_e)."""
         return jnp.vdot(self.occupancy(learner_parameters, expert_parameters), self._returns_per_step())
-
-    def negative_log_likelihood(
-        self,
-        learner_parameters: Float[Array, " n"],
-        expert_parameters: Float[Array, " m"],
-        demonstrations: Float[Array, "T S A_l A_e"],
-    ) -> Array:
-        """L(θ_l, θ_e) for demonstrations that are held."""
-        log_policy = jnp.log(self.solve(learner_parameters, expert_parameters).joint)
-        return 0.5 * self.regularisation * jnp.vdot(expert_parameters, expert_parameters) - jnp.vdot(
-            demonstrations, log_policy
-        )
 
     def learner_expectation(
         self, occupancy: Float[Array, "T S A_l A_e"], learner_parameters: Float[Array, " n"]
@@ -134,7 +115,7 @@ class SoftJointModel(eqx.Module):
         expert_parameters: Float[Array, " m"],
         demonstrations: Float[Array, "T S A_l A_e"],
     ) -> LemmaThree:
-        """The terms of Lemma 3, in O(T) sweeps; N = T·S·A_l·A_e."""
+        """The terms of Lemma 3, in O(T) sweeps."""
         joint = self.solve(learner_parameters, expert_parameters).joint
         weights = joint_occupancy(self.instance.game, joint, self.discount)
         learner = self.tables(joint, jax.jacfwd(self.dependent_reward)(learner_parameters))
@@ -142,12 +123,10 @@ class SoftJointModel(eqx.Module):
         reward = (self.instance.accessed + self.instance.own_reward)[..., None]
         surplus = jnp.sum(weights - demonstrations, axis=0)
         return LemmaThree(
-            weights=weights.ravel(),
-            learner_gradients=_rows(learner.from_action),
-            learner_means=_means(learner),
-            expert_gradients=_rows(expert.from_action),
-            expert_means=_means(expert),
-            returns=self.tables(joint, reward).from_action.ravel(),
+            weights=weights,
+            learner=learner,
+            expert=expert,
+            returns=self.tables(joint, reward).from_action[..., 0],
             expert_curvature=jax.hessian(lambda theta: jnp.vdot(surplus, self.expert_reward(theta)))(expert_parameters),
             temperature=self.temperature,
         )
@@ -190,11 +169,3 @@ class SoftJointModel(eqx.Module):
     def _returns_per_step(self) -> Float[Array, "T S A_l A_e"]:
         reward = self.instance.accessed + self.instance.own_reward
         return jnp.broadcast_to(reward[None], (self.instance.game.horizon, *reward.shape))
-
-
-def _rows(table: Float[Array, "T S A_l A_e k"]) -> Float[Array, "N k"]:
-    return table.reshape(-1, table.shape[-1])
-
-
-def _means(tables: Tables) -> Float[Array, "N k"]:
-    return _rows(jnp.broadcast_to(tables.from_state[:, :, None, None, :], tables.from_action.shape))

@@ -19,8 +19,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.theory.direct import LemmaThree, LemmaThreeProblem
-from gsiirl.theory.soft_joint_model import SoftJointModel
+from gsiirl.theory.support.direct import LemmaThree, LemmaThreeProblem, Tables
+from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 
 def printed_problem(model: SoftJointModel, demonstrations: Float[Array, "T S A_l A_e"]) -> LemmaThreeProblem:
@@ -42,15 +42,12 @@ def printed_problem(model: SoftJointModel, demonstrations: Float[Array, "T S A_l
         following = jnp.concatenate([means[1:], jnp.zeros_like(means[:1])])
         onwards = jnp.einsum("sabp,tpk->tsabk", _dynamics(model), following)
         values = increments[None] + model.discount * onwards
-        rows = values.reshape(-1, values.shape[-1])
-        mean_rows = jnp.broadcast_to(means[:, :, None, None, :], values.shape).reshape(rows.shape)
+        n = learner.size
         return replace(
             model.lemma_three(learner, expert, demonstrations),
-            learner_gradients=rows[:, : learner.size],
-            learner_means=mean_rows[:, : learner.size],
-            expert_gradients=rows[:, learner.size : -1],
-            expert_means=mean_rows[:, learner.size : -1],
-            returns=rows[:, -1],
+            learner=Tables(values[..., :n], means[..., :n]),
+            expert=Tables(values[..., n:-1], means[..., n:-1]),
+            returns=values[..., -1],
         )
 
     return LemmaThreeProblem(evaluate=evaluate, regularisation=model.regularisation, lemma_three=lemma_three)

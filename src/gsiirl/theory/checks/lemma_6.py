@@ -5,8 +5,8 @@ samples over 2p²: it grows as 1/p² unless both sides share their random number
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,9 +16,9 @@ from gsiirl.games.rollout import rollout
 from gsiirl.hypergradients.problem import BilevelProblem
 from gsiirl.hypergradients.spsa import SPSA, Factors
 from gsiirl.irl.expectations import sampled_reward_gradient
-from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem
-from gsiirl.theory.slopes import fitted_slope, guide
+from gsiirl.runs.findings import Finding, Measurement, Panel
+from gsiirl.theory.support.curves import curve, extremes, fitted_slope, guide
+from gsiirl.theory.support.games import DISCOUNT, SIZES, TEMPERATURE, RandomProblem, of_norm
 
 SIZE = SIZES[0]
 EPISODES = 50
@@ -36,28 +36,19 @@ ITERATION = 100
 """The outer iteration at which schedules are compared."""
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(eqx.Module):
     """A random game with the (θ_l, θ_e) at which its factors are estimated."""
 
     game: RandomProblem
-    learner_parameters: Float[Array, " n"]
-    expert_parameters: Float[Array, " m"]
+    learner: Float[Array, " n"]
+    expert: Float[Array, " m"]
 
     @classmethod
     def draw(cls, seed: int) -> "Point":
         """Game `seed` of the first size, and a random point."""
         random = np.random.default_rng((seed, 6))
-        learner, expert = (
-            jnp.asarray(NORM * direction / np.linalg.norm(direction))
-            for direction in (random.normal(size=SIZE.learner_parameters), random.normal(size=SIZE.expert_parameters))
-        )
+        learner, expert = (of_norm(random, NORM, each) for each in (SIZE.learner_parameters, SIZE.expert_parameters))
         return cls(RandomProblem.draw(seed, SIZE), learner, expert)
-
-    @property
-    def arrays(self) -> tuple[RandomProblem, Float[Array, " n"], Float[Array, " m"]]:
-        """Everything."""
-        return self.game, self.learner_parameters, self.expert_parameters
 
 
 # --- exact evaluations -----------------------------------------------------------------------------------------------
@@ -65,19 +56,16 @@ class Point:
 
 def exact_problem(game: RandomProblem) -> BilevelProblem:
     """Both levels with exact expectations, the lower one as in the paper's line 6; differences do not see D."""
-    return game.bilevel(0.0, "equilibrium").problem(
-        jnp.zeros_like(game.true_parameters), jnp.zeros_like(game.true_parameters)
-    )
+    nothing = jnp.zeros_like(game.true_parameters)
+    return game.bilevel(0.0, "equilibrium").problem(nothing, nothing)
 
 
 @jax.jit
-def exact_factors(
-    game: RandomProblem, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]
-) -> Factors:
+def exact_factors(point: Point) -> Factors:
     """What SPSA estimates, by automatic differentiation; of H the symmetric part."""
-    problem, size = exact_problem(game), learner_parameters.shape[0]
+    problem, size = exact_problem(point.game), point.learner.shape[0]
     objective, gradient = jax.jacfwd(lambda both: problem.evaluate(both[:size], both[size:]))(
-        jnp.concatenate([learner_parameters, expert_parameters])
+        jnp.concatenate([point.learner, point.expert])
     )
     hessian = gradient[:, size:]
     return Factors(
@@ -85,24 +73,19 @@ def exact_factors(
         expert_gradient=objective[None, size:],
         hessian=0.5 * (hessian + hessian.T)[None],
         mixed=gradient[None, :, :size],
-        lower_gradient=jnp.zeros_like(expert_parameters),
+        lower_gradient=jnp.zeros_like(point.expert),
     )
 
 
 @jax.jit
-def all_estimates(
-    game: RandomProblem,
-    learner_parameters: Float[Array, " n"],
-    expert_parameters: Float[Array, " m"],
-    reach: Float[Array, ""],
-) -> Factors:
+def all_estimates(point: Point, reach: Float[Array, ""]) -> Factors:
     """SPSA's estimates for every vector of signs Δ, equally often each: their mean is the expectation, exactly.
 
     One draw of SPSA is made in coordinates whose signs are flipped in all ways: wherever it goes, every Δ occurs.
     """
-    problem = exact_problem(game)
-    learner_signs, expert_signs = all_signs(learner_parameters.shape[0]), all_signs(expert_parameters.shape[0])
-    number = max(len(learner_signs), len(expert_signs))
+    problem = exact_problem(point.game)
+    signs = all_signs(point.learner.shape[0]), all_signs(point.expert.shape[0])
+    number = max(len(each) for each in signs)
 
     def estimate(learner_sign: Array, expert_sign: Array) -> Factors:
         def evaluate(learner: Array, expert: Array) -> tuple[Array, Array]:
@@ -111,8 +94,8 @@ def all_estimates(
 
         flipped = SPSA("frozen").factors(
             BilevelProblem(evaluate=evaluate, regularisation=0.0),
-            learner_sign * learner_parameters,
-            expert_sign * expert_parameters,
+            learner_sign * point.learner,
+            expert_sign * point.expert,
             jax.random.key(0),
             reach,
         )
@@ -124,10 +107,7 @@ def all_estimates(
             lower_gradient=flipped.lower_gradient,
         )
 
-    several = jax.vmap(estimate)(
-        jnp.asarray(np.tile(learner_signs, (number // len(learner_signs), 1))),
-        jnp.asarray(np.tile(expert_signs, (number // len(expert_signs), 1))),
-    )
+    several = jax.vmap(estimate)(*(jnp.asarray(np.tile(each, (number // len(each), 1))) for each in signs))
     return jax.tree.map(lambda leaf: leaf[:, 0], several)
 
 
@@ -142,16 +122,11 @@ def all_signs(size: int) -> Float[np.ndarray, "k {size}"]:
 
 @jax.jit
 def sampled_estimates(
-    game: RandomProblem,
-    learner_parameters: Float[Array, " n"],
-    expert_parameters: Float[Array, " m"],
-    reach: Float[Array, ""],
-    keys: Key[Array, " N"],
-    common: Float[Array, ""],
+    point: Point, reach: Float[Array, ""], keys: Key[Array, " N"], common: Float[Array, ""]
 ) -> Factors:
     """One SPSA estimate a key from sampled episodes; `common` = 1 shares random numbers among all evaluations."""
-    bilevel = game.bilevel(0.0, "equilibrium")
-    rewards = game.accessed + game.own_reward
+    game = point.game
+    bilevel, rewards = game.bilevel(0.0, "equilibrium"), game.accessed + game.own_reward
 
     def estimate(key: Array) -> Factors:
         direction_key, sample_key = jax.random.split(key)
@@ -167,15 +142,15 @@ def sampled_estimates(
             return jnp.mean(met @ weights), features / TEMPERATURE
 
         problem = BilevelProblem(evaluate=evaluate, regularisation=0.0)
-        return SPSA("frozen").factors(problem, learner_parameters, expert_parameters, direction_key, reach)
+        return SPSA("frozen").factors(problem, point.learner, point.expert, direction_key, reach)
 
     # A few at a time: with thousands of small linear systems in one call, XLA's thread pool on a CPU was seen to stall.
     return jax.tree.map(lambda leaf: leaf[:, 0], jax.lax.map(estimate, keys, batch_size=BATCH))
 
 
-def point_number(learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Array:
+def point_number(learner: Float[Array, " n"], expert: Float[Array, " m"]) -> Array:
     """A number that two points share by accident only: their bits, mixed."""
-    both = jnp.concatenate([learner_parameters, expert_parameters])
+    both = jnp.concatenate([learner, expert])
     bits = jax.lax.bitcast_convert_type(both, jnp.uint32).ravel()
     # Knuth's multiplicative hash, with another odd factor for each word; sums wrap around.
     factors = jnp.uint32(2654435761) * (2 * jnp.arange(bits.shape[0], dtype=jnp.uint32) + jnp.uint32(1))
@@ -188,26 +163,25 @@ def point_number(learner_parameters: Float[Array, " n"], expert_parameters: Floa
 
 def biases(point: Point, reaches: Sequence[float]) -> dict[str, Float[np.ndarray, " k"]]:
     """‖E[estimate] − exact‖ / ‖exact‖ of every factor, for each p."""
-    exact = exact_factors(*point.arrays)
-    found: dict[str, list[float]] = {name: [] for name in NAMES}
-    for reach in reaches:
-        estimates = all_estimates(*point.arrays, jnp.asarray(reach))
-        for name in NAMES:
-            truth = np.asarray(getattr(exact, name))[0]
-            mean = np.asarray(getattr(estimates, name)).mean(axis=0)
-            found[name].append(float(np.linalg.norm(mean - truth) / np.linalg.norm(truth)))
-    return {name: np.asarray(values) for name, values in found.items()}
+    exact = exact_factors(point)
+
+    def bias(estimates: Factors, name: str) -> float:
+        truth = np.asarray(getattr(exact, name))[0]
+        return float(np.linalg.norm(getattr(estimates, name).mean(axis=0) - truth) / np.linalg.norm(truth))
+
+    return _of_every_factor(lambda reach: all_estimates(point, reach), reaches, bias)
 
 
 def variances(estimates: Callable[[Array], Factors], reaches: Sequence[float]) -> dict[str, Float[np.ndarray, " k"]]:
     """E‖estimate − E[estimate]‖² of every factor, for each p."""
-    found: dict[str, list[float]] = {name: [] for name in NAMES}
-    for reach in reaches:
-        drawn = estimates(jnp.asarray(reach))
-        for name in NAMES:
-            values = np.asarray(getattr(drawn, name))
-            found[name].append(float(values.reshape(len(values), -1).var(axis=0).sum()))
-    return {name: np.asarray(values) for name, values in found.items()}
+    return _of_every_factor(estimates, reaches, lambda drawn, name: float(getattr(drawn, name).var(axis=0).sum()))
+
+
+def _of_every_factor(
+    estimates: Callable[[Array], Factors], reaches: Sequence[float], measured: Callable[[Factors, str], float]
+) -> dict[str, Float[np.ndarray, " k"]]:
+    drawn = [jax.tree.map(np.asarray, estimates(jnp.asarray(reach))) for reach in reaches]
+    return {name: np.asarray([measured(each, name) for each in drawn]) for name in NAMES}
 
 
 def check(quick: bool) -> Finding:
@@ -225,15 +199,15 @@ def check(quick: bool) -> Finding:
     point = points[0]
 
     def sampled(common: float) -> Callable[[Array], Factors]:
-        return lambda reach: sampled_estimates(*point.arrays, reach, keys, jnp.asarray(common))
+        return lambda reach: sampled_estimates(point, reach, keys, jnp.asarray(common))
 
     independent, shared = (variances(sampled(common), for_variance) for common in (0.0, 1.0))
-    exact = variances(lambda reach: all_estimates(*point.arrays, reach), for_variance)
+    exact = variances(lambda reach: all_estimates(point, reach), for_variance)
     schedules = {
         "the paper's p = 1/(k + 1)": 1.0 / (ITERATION + 1.0),
         "p = 0.05/(k + 1)^0.101": 0.05 / (ITERATION + 1.0) ** 0.101,
     }
-    size = float(jnp.linalg.norm(exact_factors(*point.arrays).learner_gradient))
+    size = float(jnp.linalg.norm(exact_factors(point).learner_gradient))
     noise = {
         (schedule, numbers): float(variances(sampled(common), [reach])["learner_gradient"][0] ** 0.5) / size
         for schedule, reach in schedules.items()
@@ -242,9 +216,9 @@ def check(quick: bool) -> Finding:
 
     measurements = [
         *(
-            Measurement(f"slope of the bias of {NAMES[name]}, {word} over games", value, at_least=1.9, at_most=2.1)
+            each
             for name, values in slopes.items()
-            for word, value in (("smallest", min(values)), ("largest", max(values)))
+            for each in extremes(f"slope of the bias of {NAMES[name]}", values, "over games", 1.9, 2.1)
         ),
         *(
             Measurement(
@@ -309,9 +283,9 @@ def check(quick: bool) -> Finding:
                 "perturbation p",
                 "trace of the covariance",
                 [
-                    Curve("independent samples", for_variance, independent["learner_gradient"].tolist()),
-                    Curve("common random numbers", for_variance, shared["learner_gradient"].tolist()),
-                    Curve("exact evaluations", for_variance, exact["learner_gradient"].tolist()),
+                    curve("independent samples", for_variance, independent["learner_gradient"]),
+                    curve("common random numbers", for_variance, shared["learner_gradient"]),
+                    curve("exact evaluations", for_variance, exact["learner_gradient"]),
                     guide("slope -2", for_variance, float(independent["learner_gradient"][0]), -2.0),
                 ],
             ),
@@ -321,6 +295,6 @@ def check(quick: bool) -> Finding:
 
 def _bias_panel(reaches: list[float], bias: list[dict[str, Float[np.ndarray, " k"]]]) -> Panel:
     medians = {name: np.median([each[name] for each in bias], axis=0) for name in NAMES}
-    curves = [Curve(NAMES[name], reaches, values.tolist()) for name, values in medians.items()]
+    curves = [curve(NAMES[name], reaches, values) for name, values in medians.items()]
     curves.append(guide("slope 2", reaches, float(medians["mixed"][0]), 2.0))
     return Panel("Bias of one estimate", "perturbation p", "relative bias", curves)

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from gsiirl.hypergradients import BilevelProblem
-from gsiirl.theory import lemma_6
-from gsiirl.theory.games import Size
-from gsiirl.theory.lemma_2 import Case, Game
-from gsiirl.theory.lemma_6 import Point, all_signs, point_number, sampled_estimates
-from gsiirl.theory.slopes import fitted_slope
+from gsiirl.theory.checks import lemma_6
+from gsiirl.theory.checks.lemma_6 import Point, all_signs, point_number, sampled_estimates
+from gsiirl.theory.support.brute_force import Case
+from gsiirl.theory.support.games import Size
 
 SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_parameters=3, expert_parameters=2)
 
@@ -18,7 +17,7 @@ SIZE = Size(states=3, learner_actions=2, expert_actions=2, horizon=3, learner_pa
 @pytest.fixture
 def point() -> Point:
     """A game under the model that compiles fast."""
-    case = Case.draw(0, SIZE, forward_model="soft_joint")
+    case = Case.draw(0, SIZE, 0.1, forward_model="soft_joint")
     return Point(case.game, case.commitment, case.believed)
 
 
@@ -35,10 +34,10 @@ def test_the_enumerated_bias_is_that_of_cubes(monkeypatch: pytest.MonkeyPatch, p
         return jnp.sum(learner**3) + jnp.sum(expert**3), expert**3 + jnp.sum(learner**3) * jnp.ones_like(expert)
 
     monkeypatch.setattr(lemma_6, "exact_problem", lambda game: BilevelProblem(evaluate, 0.0))
-    game, learner, expert = point.arrays
+    learner, expert = point.learner, point.expert
     with jax.disable_jit():
-        estimates = lemma_6.all_estimates(game, learner, expert, jnp.asarray(0.3))
-        exact = lemma_6.exact_factors(game, learner, expert)
+        estimates = lemma_6.all_estimates(point, jnp.asarray(0.3))
+        exact = lemma_6.exact_factors(point)
     bias = jax.tree.map(lambda found, truth: found.mean(axis=0) - truth[0], estimates, exact)
     assert np.allclose(exact.learner_gradient, 3.0 * learner[None, :] ** 2)
     assert np.allclose(exact.hessian, jnp.diag(3.0 * expert**2)[None])
@@ -65,9 +64,9 @@ def test_points_have_numbers_of_their_own():
 def test_sampled_estimates_scatter_around_the_exact_ones(point: Point):
     keys = jax.random.split(jax.random.key(1), 300)
     reach = jnp.asarray(0.3)
-    exact = lemma_6.all_estimates(*point.arrays, reach)
+    exact = lemma_6.all_estimates(point, reach)
     for common in (0.0, 1.0):
-        found = sampled_estimates(*point.arrays, reach, keys, jnp.asarray(common))
+        found = sampled_estimates(point, reach, keys, jnp.asarray(common))
         for name in lemma_6.NAMES:
             values = np.asarray(getattr(found, name)).reshape(len(keys), -1)
             truth = np.asarray(getattr(exact, name)).mean(axis=0).ravel()
@@ -79,7 +78,7 @@ def test_common_random_numbers_help_and_more_so_for_small_perturbations(point: P
     keys = jax.random.split(jax.random.key(2), 300)
 
     def variance(reach: float, common: float) -> float:
-        found = sampled_estimates(*point.arrays, jnp.asarray(reach), keys, jnp.asarray(common))
+        found = sampled_estimates(point, jnp.asarray(reach), keys, jnp.asarray(common))
         return float(np.var(found.learner_gradient, axis=0).sum())
 
     assert variance(0.003, 0.0) / variance(0.03, 0.0) == pytest.approx(100.0, rel=0.4)
@@ -87,9 +86,7 @@ def test_common_random_numbers_help_and_more_so_for_small_perturbations(point: P
 
 
 def test_biases_are_relative_and_of_second_order(point: Point):
-    assert isinstance(point.game, Game)
     bias = lemma_6.biases(point, [0.02, 0.04])
     for values in bias.values():
         assert values[1] / values[0] == pytest.approx(4.0, rel=0.1)
         assert values[0] < 0.05
-    assert fitted_slope([1.0, 2.0, 4.0], np.array([3.0, 12.0, 48.0])) == pytest.approx(2.0)

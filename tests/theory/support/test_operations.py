@@ -2,7 +2,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from gsiirl.theory.operations import Operations, count_operations
+from gsiirl.theory.support.operations import Operations, count_operations
 
 
 def total(function, *arguments, **settings) -> int:

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from gsiirl.hypergradients import SPSA, HessianVectorCG, Implicit
-from gsiirl.theory.direct import Direct
-from gsiirl.theory.games import SIZES, RandomProblem
-from gsiirl.theory.printed_forms import printed_problem, recomputed
-from gsiirl.theory.soft_joint_model import SoftJointModel
-from gsiirl.theory.theorem_1 import (
+from gsiirl.theory.checks.theorem_1 import (
     BOUNDED,
     DIRECT,
     IMPLICIT,
@@ -22,6 +18,10 @@ from gsiirl.theory.theorem_1 import (
     small_point,
     small_program,
 )
+from gsiirl.theory.support.direct import Direct
+from gsiirl.theory.support.games import SIZES, RandomProblem
+from gsiirl.theory.support.printed_forms import printed_problem, recomputed
+from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 
 @pytest.fixture(scope="module")

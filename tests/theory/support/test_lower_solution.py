@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from gsiirl.theory.lower_solution import LowerSolution, solve_lower
+from gsiirl.theory.support.lower_solution import LowerSolution, solve_lower
 
 
 @jax.jit

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gsiirl.theory.quadratic import (
+from gsiirl.theory.checks.quadratic import (
     EXPERT_SIZE,
     LEARNER_SIZE,
     Quadratic,

@@ -21,19 +21,29 @@ from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
 from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
 
 
-class LemmaThree(eqx.Module):
-    """What Lemma 3 takes expectations of, over N = T·S·A_l·A_e triples (t, s, a).
+class Tables(eqx.Module):
+    """Discounted sums from (s, a) at t on, and their means μ(s, t) = Σ_a π(a|s, t) μ(s, a, t)."""
 
-    `weights` γ^t P(s_t = s, a_t = a); `learner_gradients`, `expert_gradients` μ_i(s, a) and `..._means` μ_i(s) at each
-    triple; `returns` J(s, a); `expert_curvature` (E^π − E_D)[Σ_t γ^t ∇² r_e], zero for linear rewards.
+    from_action: Float[Array, "T S A_l A_e k"]
+    from_state: Float[Array, "T S k"]
+
+    @property
+    def advantages(self) -> Float[Array, "T S A_l A_e k"]:
+        """μ(s, a, t) − μ(s, t)."""
+        return self.from_action - self.from_state[:, :, None, None, :]
+
+
+class LemmaThree(eqx.Module):
+    """What Lemma 3 takes expectations of.
+
+    `weights` γ^t P(s_t = s, a_t = a); `learner`, `expert` μ_i(s, a) and μ_i(s); `returns` J(s, a); `expert_curvature`
+    (E^π − E_D)[Σ_t γ^t ∇² r_e], zero for linear rewards.
     """
 
-    weights: Float[Array, " N"]
-    learner_gradients: Float[Array, "N n"]
-    learner_means: Float[Array, "N n"]
-    expert_gradients: Float[Array, "N m"]
-    expert_means: Float[Array, "N m"]
-    returns: Float[Array, " N"]
+    weights: Float[Array, "T S A_l A_e"]
+    learner: Tables
+    expert: Tables
+    returns: Float[Array, "T S A_l A_e"]
     expert_curvature: Float[Array, "m m"]
     temperature: float | Float[Array, ""]
 
@@ -41,19 +51,20 @@ class LemmaThree(eqx.Module):
         """∇_{θ_l} f and ∇_{θ_e} f."""
         weighted = self.weights * self.returns / self.temperature
         return (
-            weighted @ (self.learner_gradients - self.learner_means),
-            weighted @ (self.expert_gradients - self.expert_means),
+            jnp.einsum("tsab,tsabk->k", weighted, self.learner.advantages),
+            jnp.einsum("tsab,tsabk->k", weighted, self.expert.advantages),
         )
 
     def mixed(self) -> Float[Array, "m n"]:
         """M, the demonstrations held fixed."""
-        advantages = self.weights[:, None] * (self.learner_gradients - self.learner_means)
-        return self.expert_gradients.T @ advantages / self.temperature**2
+        weighted = self.weights[..., None] * self.learner.advantages
+        return jnp.einsum("tsabm,tsabn->mn", self.expert.from_action, weighted) / self.temperature**2
 
     def hessian(self) -> Float[Array, "m m"]:
         """H without λI."""
-        advantages = self.weights[:, None] * (self.expert_gradients - self.expert_means)
-        return advantages.T @ self.expert_gradients / self.temperature**2 + self.expert_curvature / self.temperature
+        weighted = self.weights[..., None] * self.expert.advantages
+        likelihood = jnp.einsum("tsabm,tsabk->mk", weighted, self.expert.from_action) / self.temperature**2
+        return likelihood + self.expert_curvature / self.temperature
 
 
 class LemmaThreeProblem(BilevelProblem):

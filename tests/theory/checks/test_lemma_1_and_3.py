@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from gsiirl.hypergradients import FiniteDifference, HessianVectorCG, Implicit
-from gsiirl.theory import lemma_1_and_3
-from gsiirl.theory.direct import Direct
-from gsiirl.theory.games import SIZES
-from gsiirl.theory.lemma_1_and_3 import LEMMA_1, LEMMA_3, OURS, Game
+from gsiirl.theory.checks import lemma_1_and_3
+from gsiirl.theory.checks.lemma_1_and_3 import LEMMA_1, LEMMA_3, OURS, Game
+from gsiirl.theory.support.direct import Direct
+from gsiirl.theory.support.games import SIZES
 
 SIZE = 1
 """The one of SIZES with n = m, where the orientation of the mixed derivative shows."""
@@ -57,9 +57,7 @@ def distance(found, exact) -> float:
 @pytest.mark.parametrize("nonlinear", [False, True])
 def test_estimators_agree_on_the_model(nonlinear):
     game = Game.draw(1, SIZE, nonlinear)
-    (exact, direct, differences, products), report = estimates(
-        game.model, game.learner_parameters, game.expert_parameters
-    )
+    (exact, direct, differences, products), report = estimates(game.model, game.learner, game.expert)
     assert distance(direct, exact) <= 1e-9
     assert distance(differences, exact) <= 1e-5
     if game.compare().smallest_eigenvalue > 0.0:
@@ -82,14 +80,11 @@ def test_demonstrations_move_as_their_jacobian_says():
 
     @eqx.filter_jit
     def expectation(learner_parameters):
-        return model.expert_expectation(model.demonstrations(learner_parameters), game.expert_parameters)
+        return model.expert_expectation(model.demonstrations(learner_parameters), game.expert)
 
     moves = step * jnp.eye(SIZES[SIZE].learner_parameters)
-    columns = [
-        (expectation(game.learner_parameters + move) - expectation(game.learner_parameters - move)) / (2.0 * step)
-        for move in moves
-    ]
-    found = eqx.filter_jit(lambda: model.problem(game.learner_parameters, game.expert_parameters))()
+    columns = [(expectation(game.learner + move) - expectation(game.learner - move)) / (2.0 * step) for move in moves]
+    found = eqx.filter_jit(lambda: model.problem(game.learner, game.expert))()
     expected = jnp.stack(columns, axis=1) / model.temperature
     assert found.demonstration_jacobian is not None
     np.testing.assert_allclose(found.demonstration_jacobian, expected, rtol=1e-6, atol=1e-8)

@@ -4,7 +4,6 @@ The formulas come from `SoftJointModel` and `LemmaThree`; the derivatives from a
 scalars L and f, which knows nothing of the formulas.
 """
 
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import equinox as eqx
@@ -14,10 +13,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gsiirl.equilibria.soft_joint import joint_occupancy
-from gsiirl.runs.findings import Curve, Finding, Measurement, Panel
-from gsiirl.theory.direct import LemmaThree
-from gsiirl.theory.games import SIZES, TEMPERATURE, RandomProblem
-from gsiirl.theory.soft_joint_model import SoftJointModel
+from gsiirl.runs.findings import Finding, Measurement, Panel
+from gsiirl.theory.support.curves import curve, median
+from gsiirl.theory.support.direct import LemmaThree
+from gsiirl.theory.support.games import SIZES, TEMPERATURE, RandomProblem, of_norm
+from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 REGULARISATION = 0.1
 NORM = 0.8
@@ -52,42 +52,35 @@ OURS = {
 }
 
 
-@dataclass(frozen=True)
-class Game:
-    """A model with the point at which its derivatives are taken."""
+class Game(eqx.Module):
+    """A model with the point (θ_l, θ_e) at which its derivatives are taken."""
 
     model: SoftJointModel
-    learner_parameters: Float[Array, " n"]
-    expert_parameters: Float[Array, " m"]
-    nonlinear: bool
+    learner: Float[Array, " n"]
+    expert: Float[Array, " m"]
+
+    @property
+    def nonlinear(self) -> bool:
+        """Whether its rewards are nonlinear."""
+        return bool(self.model.curvature)
 
     @classmethod
     def draw(cls, seed: int, size: int, nonlinear: bool) -> "Game":
         """Game `seed` of SIZES[size] at τ = TEMPERATURE."""
         random = np.random.default_rng((seed, size))
-
-        def point(length: int) -> Array:
-            direction = random.normal(size=length)
-            return jnp.asarray(NORM * direction / np.linalg.norm(direction))
-
+        lengths = SIZES[size].learner_parameters, SIZES[size].expert_parameters
+        curvature = jnp.asarray(nonlinear * 1.0)
         instance = RandomProblem.draw(seed, SIZES[size])
-        model = SoftJointModel(
-            instance, REGULARISATION, jnp.asarray(TEMPERATURE), curvature=jnp.asarray(nonlinear * 1.0)
-        )
-        return cls(model, point(SIZES[size].learner_parameters), point(SIZES[size].expert_parameters), nonlinear)
+        model = SoftJointModel(instance, REGULARISATION, jnp.asarray(TEMPERATURE), curvature=curvature)
+        return cls(model, *(of_norm(random, NORM, length) for length in lengths))
 
     def at_temperature(self, temperature: float) -> "Game":
         """The same game at another τ."""
-        return replace(self, model=eqx.tree_at(lambda model: model.temperature, self.model, jnp.asarray(temperature)))
+        return eqx.tree_at(lambda game: game.model.temperature, self, jnp.asarray(temperature))
 
     def compare(self) -> "Comparison":
         """All formulas against automatic differentiation."""
-        ours, printed, smallest = _compare(self.model, self.learner_parameters, self.expert_parameters)
-        return Comparison(
-            {key: float(value) for key, value in ours.items()},
-            {key: float(value) for key, value in printed.items()},
-            float(smallest),
-        )
+        return Comparison(*jax.tree.map(float, _compare(self)))
 
 
 class Comparison(NamedTuple):
@@ -113,12 +106,10 @@ class Exact(eqx.Module):
     expert_gradient: Float[Array, " m"]
 
     @classmethod
-    def of(
-        cls, model: SoftJointModel, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]
-    ) -> "Exact":
+    def of(cls, game: Game) -> "Exact":
         """All of them from one function of (θ_l, θ_e), the demonstrations D(θ_l) held."""
-        size = learner_parameters.shape[0]
-        demonstrating = model.demonstrating_policy(learner_parameters).joint
+        model, size = game.model, game.learner.shape[0]
+        demonstrating = model.demonstrating_policy(game.learner).joint
         discounted, undiscounted = (
             joint_occupancy(model.instance.game, demonstrating, discount) for discount in (model.discount, 1.0)
         )
@@ -139,7 +130,7 @@ class Exact(eqx.Module):
             first = jax.jacfwd(scalars)(both)
             return first, first
 
-        both = jnp.concatenate([learner_parameters, expert_parameters])
+        both = jnp.concatenate([game.learner, game.expert])
         second, first = jax.jacfwd(first_derivatives, has_aux=True)(both)
         return cls(
             lower=first[:4, size:],
@@ -152,73 +143,59 @@ class Exact(eqx.Module):
 
 
 @eqx.filter_jit
-def _compare(
-    model: SoftJointModel, learner_parameters: Float[Array, " n"], expert_parameters: Float[Array, " m"]
-) -> tuple[dict[str, Array], dict[str, Array], Array]:
-    exact = Exact.of(model, learner_parameters, expert_parameters)
-    both = learner_parameters, expert_parameters
-    demonstrations = model.demonstrations(learner_parameters)
-    terms = model.lemma_three(*both, demonstrations)
-    lemma_1, likelihood_hessian = model.lower_gradient(*both, demonstrations), terms.hessian()
+def _compare(game: Game) -> tuple[dict[str, Array], dict[str, Array], Array]:
+    exact, model, expert = Exact.of(game), game.model, game.expert
+    demonstrations = model.demonstrations(game.learner)
+    terms = model.lemma_three(game.learner, expert, demonstrations)
+    lemma_1 = model.lower_gradient(game.learner, expert, demonstrations)
     learner_gradient, expert_gradient = terms.objective_gradients()
-    penalty, identity = (
-        model.regularisation * expert_parameters,
-        jnp.eye(expert_parameters.shape[0], dtype=lemma_1.dtype),
-    )
+    identity = jnp.eye(expert.shape[0], dtype=expert.dtype)
     ours = {
-        "lower_gradient": _relative(lemma_1, exact.lower[0]),
-        "upper_gradient": _relative(model.upper_gradient(*both, demonstrations), exact.upper),
-        "learner_gradient": _relative(learner_gradient, exact.learner_gradient),
-        "expert_gradient": _relative(expert_gradient, exact.expert_gradient),
-        "mixed": _relative(terms.mixed(), exact.mixed),
-        "hessian": _relative(likelihood_hessian + model.regularisation * identity, exact.hessian),
+        "lower_gradient": (lemma_1, exact.lower[0]),
+        "upper_gradient": (model.upper_gradient(game.learner, expert, demonstrations), exact.upper),
+        "learner_gradient": (learner_gradient, exact.learner_gradient),
+        "expert_gradient": (expert_gradient, exact.expert_gradient),
+        "mixed": (terms.mixed(), exact.mixed),
+        "hessian": (terms.hessian() + model.regularisation * identity, exact.hessian),
     }
 
     # From here on as it is printed, which leaves 1/τ out everywhere.
-    plain = eqx.tree_at(lambda each: each.temperature, terms, jnp.ones_like(terms.weights[0]))
+    plain = eqx.tree_at(lambda each: each.temperature, terms, jnp.ones_like(terms.weights[0, 0, 0, 0]))
     plain_learner, plain_expert = plain.objective_gradients()
-    occupancy = terms.weights.reshape(demonstrations.shape)
-    demonstrated = model.expert_expectation(demonstrations, expert_parameters)
+    surplus, penalty = terms.weights - demonstrations, model.regularisation * expert
+    # A.1's μ_e(s) = Σ_a μ_e(s, a).
+    unweighted = terms.expert.from_action - jnp.sum(terms.expert.from_action, (2, 3), keepdims=True)
+    tail = _long_tail(model, terms, expert) - terms.expert.from_state[:, :, None, None, :]
+
+    def demonstrated(table: Array) -> Array:
+        return jnp.einsum("tsab,tsabk->k", demonstrations, table)
+
     printed = {
-        "no_temperature": _relative(
-            model.expert_expectation(occupancy, expert_parameters) - demonstrated + penalty, exact.lower[0]
+        "no_temperature": (model.expert_expectation(surplus, expert) + penalty, exact.lower[0]),
+        "no_discount": (lemma_1, exact.lower[1]),
+        "marginal": (lemma_1, exact.lower[2]),
+        "conditional": (lemma_1, exact.lower[3]),
+        "no_weight": (penalty - demonstrated(unweighted), exact.lower[0]),
+        "tail_discount": (penalty - demonstrated(tail), exact.lower[0]),
+        "extra_term": (
+            plain_learner + model.learner_expectation(terms.weights, game.learner),
+            exact.learner_gradient,
         ),
-        "no_discount": _relative(lemma_1, exact.lower[1]),
-        "marginal": _relative(lemma_1, exact.lower[2]),
-        "conditional": _relative(lemma_1, exact.lower[3]),
-        "no_weight": _relative(
-            penalty - demonstrations.ravel() @ (terms.expert_gradients - _sums_over_actions(terms, occupancy)),
-            exact.lower[0],
-        ),
-        "tail_discount": _relative(
-            penalty - demonstrations.ravel() @ (_long_tail(model, terms, expert_parameters) - terms.expert_means),
-            exact.lower[0],
-        ),
-        "extra_term": _relative(
-            plain_learner + model.learner_expectation(occupancy, learner_parameters), exact.learner_gradient
-        ),
-        "expert_gradient": _relative(plain_expert, exact.expert_gradient),
-        "mixed": _relative(plain.mixed(), exact.mixed),
-        "hessian": _relative(_printed_hessian(model, plain, expert_parameters, demonstrations), exact.hessian),
-        "entrywise": _relative(likelihood_hessian + model.regularisation, exact.hessian),
+        "expert_gradient": (plain_expert, exact.expert_gradient),
+        "mixed": (plain.mixed(), exact.mixed),
+        "hessian": (_printed_hessian(model, plain, expert, demonstrations), exact.hessian),
+        "entrywise": (terms.hessian() + model.regularisation, exact.hessian),
     }
     if exact.mixed.shape[0] == exact.mixed.shape[1]:
-        printed["orientation"] = _relative(plain.mixed(), exact.mixed.T)
-    return ours, printed, jnp.linalg.eigvalsh(exact.hessian)[0] - model.regularisation
+        printed["orientation"] = (plain.mixed(), exact.mixed.T)
+    smallest = jnp.linalg.eigvalsh(exact.hessian)[0] - model.regularisation
+    return _relative(ours), _relative(printed), smallest
 
 
-def _sums_over_actions(terms: LemmaThree, occupancy: Float[Array, "T S A_l A_e"]) -> Float[Array, "N m"]:
-    """A.1's μ_e(s) = Σ_a μ_e(s, a), for each (t, s, a)."""
-    table = terms.expert_gradients.reshape(*occupancy.shape, -1)
-    return jnp.broadcast_to(jnp.sum(table, (2, 3), keepdims=True), table.shape).reshape(terms.expert_gradients.shape)
-
-
-def _long_tail(model: SoftJointModel, terms: LemmaThree, expert_parameters: Float[Array, " m"]) -> Float[Array, "N m"]:
+def _long_tail(model: SoftJointModel, terms: LemmaThree, expert: Float[Array, " m"]) -> Float[Array, "T S A_l A_e m"]:
     """∇r_e(s, a) + E[Σ_{t'>t} γ^{t'−t−1} ∇r_e | s, a], A.3's second line."""
-    gradients = jax.jacfwd(model.expert_reward)(expert_parameters)
-    now = jnp.broadcast_to(gradients[None], (model.instance.game.horizon, *gradients.shape))
-    now = now.reshape(terms.expert_gradients.shape)
-    return now + (terms.expert_gradients - now) / model.discount
+    now = jax.jacfwd(model.expert_reward)(expert)[None]
+    return now + (terms.expert.from_action - now) / model.discount
 
 
 def _printed_hessian(
@@ -231,15 +208,15 @@ def _printed_hessian(
 
     A vector taken from a matrix, and a number added to one: read as for every row, and for every entry.
     """
-    modelled = jnp.sum(plain.weights.reshape(demonstrations.shape), 0)
+    modelled = jnp.sum(plain.weights, 0)
     curvature = jax.hessian(lambda theta: jnp.vdot(modelled, model.expert_reward(theta)))(expert_parameters)
     with_curvature = eqx.tree_at(lambda each: each.expert_curvature, plain, curvature)
     demonstrated = model.expert_expectation(demonstrations, expert_parameters)
     return with_curvature.hessian() - demonstrated[None, :] + model.regularisation
 
 
-def _relative(found: Array, exact: Array) -> Float[Array, ""]:
-    return jnp.linalg.norm(found - exact) / jnp.linalg.norm(exact)
+def _relative(pairs: dict[str, tuple[Array, Array]]) -> dict[str, Float[Array, ""]]:
+    return {key: jnp.linalg.norm(found - exact) / jnp.linalg.norm(exact) for key, (found, exact) in pairs.items()}
 
 
 def check(quick: bool) -> Finding:
@@ -277,9 +254,7 @@ def check(quick: bool) -> Finding:
     for temperature, found in ((TEMPERATURE, here), (1.0, at_one)):
         for key, name in (LEMMA_1 | LEMMA_3).items():
             values = [each.printed[key] for each in found if key in each.printed]
-            measurements.append(
-                Measurement(f"{name}: median relative error at τ = {temperature:g}", float(np.median(values)))
-            )
+            measurements.append(Measurement(f"{name}: median relative error at τ = {temperature:g}", median(values)))
 
     return Finding(
         key="lemmas-1-and-3",
@@ -315,12 +290,9 @@ def check(quick: bool) -> Finding:
 
 
 def _panel(title: str, names: dict[str, str], found: list[Comparison]) -> Panel:
-    games = [(float(number), each) for number, each in enumerate(found, start=1)]
-    worst = [float(np.max([SMALLEST, *each.ours.values()])) for each in found]
-    curves = [Curve("corrected, worst of six", [number for number, _ in games], worst)]
+    numbers = range(1, len(found) + 1)
+    curves = [curve("corrected, worst of six", numbers, [np.max([SMALLEST, *each.ours.values()]) for each in found])]
     for key, name in names.items():
-        there = [
-            (number, float(np.maximum(SMALLEST, each.printed[key]))) for number, each in games if key in each.printed
-        ]
-        curves.append(Curve(name, [x for x, _ in there], [y for _, y in there], role="paper"))
+        there = {number: each.printed[key] for number, each in zip(numbers, found, strict=True) if key in each.printed}
+        curves.append(curve(name, [*there], np.maximum(SMALLEST, [*there.values()]), "paper"))
     return Panel(f"{title}, at τ = {TEMPERATURE:g}", "game", "relative error", curves, log_x=False)

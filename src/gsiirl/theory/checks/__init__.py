@@ -1,0 +1,1 @@
+"""The checks, one file a statement of the paper: each measures it and says what was found."""

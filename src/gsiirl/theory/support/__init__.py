@@ -1,0 +1,1 @@
+"""What several checks share: games, models, closed forms, and ways to measure."""
