@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, PyTree
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
 from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
 class FiniteDifference(AbstractStatelessEstimator):
@@ -21,28 +22,21 @@ class FiniteDifference(AbstractStatelessEstimator):
     response: Response = eqx.field(static=True, default="well_specified")
     step: float = 1e-4
 
-    def hypergradient(
-        self,
-        problem: BilevelProblem,
-        learner_parameters: Float[Array, " n"],
-        expert_parameters: Float[Array, " m"],
-    ) -> Hypergradient:
-        learner_size, expert_size = learner_parameters.shape[0], expert_parameters.shape[0]
+    def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:
+        learner_size, expert_size = learner.shape[0], expert.shape[0]
         if self.response == "well_specified":
-            gradient = coordinate_jacobian(
-                lambda theta: problem.objective(theta, expert_parameters), learner_parameters, self.step
-            )
+            gradient = coordinate_jacobian(lambda theta: problem.objective(theta, expert), learner, self.step)
             return without_response(gradient, evaluations=2 * learner_size)
         moved = problem.demonstrations_move(self.response)
 
         def evaluate(both: Array) -> tuple[Array, Array]:
             return problem.evaluate(both[:learner_size], both[learner_size:])
 
-        both = jnp.concatenate([learner_parameters, expert_parameters])
+        both = jnp.concatenate([learner, expert])
         objective, gradient = coordinate_jacobian(evaluate, both, self.step)
         mixed, hessian = gradient[:, :learner_size] + moved, gradient[:, learner_size:]
         hessian = hessian + problem.regularisation * jnp.eye(expert_size, dtype=hessian.dtype)
-        constraint = BallConstraint.at(expert_parameters, problem.lower_gradient(learner_parameters, expert_parameters))
+        constraint = BallConstraint.at(expert, problem.lower_gradient(learner, expert))
         solved = solve_dense(hessian.T, objective[learner_size:], constraint)
         return with_response(
             objective[:learner_size],

@@ -3,11 +3,12 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, conjugate_gradients
 from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
 class HessianVectorCG(AbstractStatelessEstimator):
@@ -22,12 +23,7 @@ class HessianVectorCG(AbstractStatelessEstimator):
     tolerance: float = 1e-10
     iterations: int = eqx.field(static=True, default=100)
 
-    def hypergradient(
-        self,
-        problem: BilevelProblem,
-        learner_parameters: Float[Array, " n"],
-        expert_parameters: Float[Array, " m"],
-    ) -> Hypergradient:
+    def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:
         """∇f at (θ_l, θ_e).
 
         Raises:
@@ -35,21 +31,21 @@ class HessianVectorCG(AbstractStatelessEstimator):
                 `FiniteDifference` serve.
         """
         if self.response == "well_specified":
-            gradient = jax.grad(problem.objective)(learner_parameters, expert_parameters)
+            gradient = jax.grad(problem.objective)(learner, expert)
             return without_response(gradient, evaluations=1, derivatives=1)
         upper_gradient = problem.upper_gradient
         if upper_gradient is None:
             raise ValueError("conjugate gradients need a lower level that is the gradient of some L: upper_gradient")
         moved = problem.demonstrations_move(self.response)
-        through_learner, through_expert = jax.grad(problem.objective, (0, 1))(learner_parameters, expert_parameters)
-        constraint = BallConstraint.at(expert_parameters, problem.lower_gradient(learner_parameters, expert_parameters))
+        through_learner, through_expert = jax.grad(problem.objective, (0, 1))(learner, expert)
+        constraint = BallConstraint.at(expert, problem.lower_gradient(learner, expert))
 
         def along(gradient, direction: Array) -> Array:
             """The derivative of a gradient along `direction` in θ_e."""
             size = jnp.linalg.norm(direction)
             reach = self.step / jnp.where(size > 0.0, size, 1.0)
-            points = expert_parameters[None, :] + reach * jnp.stack([direction, -direction])
-            forth, back = jax.vmap(lambda theta: gradient(learner_parameters, theta))(points)
+            points = expert[None, :] + reach * jnp.stack([direction, -direction])
+            forth, back = jax.vmap(lambda theta: gradient(learner, theta))(points)
             return (forth - back) / (2.0 * reach)
 
         solved = conjugate_gradients(

@@ -3,11 +3,11 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
 from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
 class Implicit(AbstractStatelessEstimator):
@@ -19,25 +19,18 @@ class Implicit(AbstractStatelessEstimator):
 
     response: Response = eqx.field(static=True, default="well_specified")
 
-    def hypergradient(
-        self,
-        problem: BilevelProblem,
-        learner_parameters: Float[Array, " n"],
-        expert_parameters: Float[Array, " m"],
-    ) -> Hypergradient:
+    def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:
         if self.response == "well_specified":
-            gradient = jax.grad(problem.objective)(learner_parameters, expert_parameters)
+            gradient = jax.grad(problem.objective)(learner, expert)
             return without_response(gradient, evaluations=1, derivatives=1)
         moved = problem.demonstrations_move(self.response)
-        through_learner, through_expert = jax.grad(problem.objective, (0, 1))(learner_parameters, expert_parameters)
-        lower_gradient, pull_back = jax.vjp(
-            lambda theta: problem.lower_gradient(theta, expert_parameters), learner_parameters
-        )
-        hessian = jax.jacfwd(problem.lower_gradient, 1)(learner_parameters, expert_parameters)
-        constraint = BallConstraint.at(expert_parameters, lower_gradient)
+        through_learner, through_expert = jax.grad(problem.objective, (0, 1))(learner, expert)
+        lower_gradient, pull_back = jax.vjp(lambda theta: problem.lower_gradient(theta, expert), learner)
+        hessian = jax.jacfwd(problem.lower_gradient, 1)(learner, expert)
+        constraint = BallConstraint.at(expert, lower_gradient)
         solved = solve_dense(hessian.T, through_expert, constraint)
         (mixed_product,) = pull_back(solved.solution)
         if self.response == "measured":
             mixed_product = mixed_product + jnp.dot(solved.solution, moved)
-        passes = expert_parameters.shape[0] + 2
+        passes = expert.shape[0] + 2
         return with_response(through_learner, mixed_product, solved, constraint, evaluations=3, derivatives=passes)

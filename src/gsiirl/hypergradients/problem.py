@@ -14,6 +14,8 @@ from typing import Generic, Literal, TypeVar
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
+from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
+
 State = TypeVar("State")
 
 Response = Literal["well_specified", "frozen", "measured"]
@@ -108,12 +110,7 @@ class AbstractStatelessEstimator(AbstractEstimator[None]):
     """An estimator that remembers nothing and draws nothing: `hypergradient` is all there is to it."""
 
     @abc.abstractmethod
-    def hypergradient(
-        self,
-        problem: BilevelProblem,
-        learner_parameters: Float[Array, " n"],
-        expert_parameters: Float[Array, " m"],
-    ) -> Hypergradient:
+    def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:
         """∇f at (θ_l, θ_e)."""
 
     def init(self, expert_parameters: Float[Array, " m"]) -> None:

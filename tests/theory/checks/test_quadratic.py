@@ -2,15 +2,13 @@ import numpy as np
 import pytest
 
 from gsiirl.theory.checks.quadratic import (
-    EXPERT_SIZE,
-    LEARNER_SIZE,
-    Quadratic,
     composed_errors,
     exact_errors,
     factor_scores,
     indefinite_fraction,
     printed_hessians,
 )
+from gsiirl.theory.support.quadratic import EXPERT_SIZE, LEARNER_SIZE, Quadratic
 
 
 @pytest.mark.parametrize("response", ["frozen", "measured"])

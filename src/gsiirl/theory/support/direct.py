@@ -19,6 +19,7 @@ from jaxtyping import Array, Float
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
 from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
 class Tables(eqx.Module):
@@ -78,12 +79,7 @@ class Direct(AbstractStatelessEstimator):
 
     response: Response = eqx.field(static=True, default="well_specified")
 
-    def hypergradient(
-        self,
-        problem: BilevelProblem,
-        learner_parameters: Float[Array, " n"],
-        expert_parameters: Float[Array, " m"],
-    ) -> Hypergradient:
+    def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:
         """∇f at (θ_l, θ_e).
 
         Raises:
@@ -91,14 +87,14 @@ class Direct(AbstractStatelessEstimator):
         """
         if not isinstance(problem, LemmaThreeProblem):
             raise ValueError("Lemma 3 holds for the joint softmax policy only: give a LemmaThreeProblem")
-        terms = problem.lemma_three(learner_parameters, expert_parameters)
+        terms = problem.lemma_three(learner, expert)
         through_learner, through_expert = terms.objective_gradients()
         if self.response == "well_specified":
             return without_response(through_learner, evaluations=1)
         moved = problem.demonstrations_move(self.response)
-        size, dtype = expert_parameters.shape[0], expert_parameters.dtype
+        size, dtype = expert.shape[0], expert.dtype
         hessian = terms.hessian() + problem.regularisation * jnp.eye(size, dtype=dtype)
-        constraint = BallConstraint.at(expert_parameters, problem.lower_gradient(learner_parameters, expert_parameters))
+        constraint = BallConstraint.at(expert, problem.lower_gradient(learner, expert))
         solved = solve_dense(hessian.T, through_expert, constraint)
         mixed_product = (terms.mixed() + moved).T @ solved.solution
         return with_response(through_learner, mixed_product, solved, constraint, evaluations=2)
