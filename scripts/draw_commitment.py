@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from gsiirl import GSIIRL, Problem, RespondingExpert
 from gsiirl.games import TabularGame
-from gsiirl.report.figures.picture import picture
+from gsiirl.report.figures.page_figure import figure_files
 from gsiirl.report.figures.style import FAINT_COLOUR, TEXT_COLOUR, figure_style
 
 LEARNER = np.array([[2.0, 4.0], [1.0, 3.0]])
@@ -74,7 +74,7 @@ def main() -> None:
     arguments = parser.parse_args()
     marks = {temperature: learned(temperature) for temperature in COLOURS}
     with figure_style():
-        arguments.output.write_bytes(picture(draw(marks)).files["png"])
+        arguments.output.write_bytes(figure_files(draw(marks))["png"])
 
 
 if __name__ == "__main__":

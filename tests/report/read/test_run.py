@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gsiirl.errors import InputError
 from gsiirl.report.page.verdicts import verdicts
 from gsiirl.report.read.group import group_runs
 from gsiirl.report.read.run import ReportedRun
@@ -47,3 +48,10 @@ def test_what_is_measured_from_some_iteration_on_begins_there(tmp_path: Path) ->
     assert run.not_finite("exploitability_learner") == []
     (group,) = group_runs([run])
     assert verdicts(group) == [sentence for sentence in verdicts(group) if "finite" not in sentence]
+
+
+def test_a_damaged_file_of_learned_parameters_is_named_itself(tmp_path: Path) -> None:
+    run_of(tmp_path, np.array([[1.0]]))
+    (tmp_path / "run" / "learned.json").write_text("[]")
+    with pytest.raises(InputError, match=r"run/learned.json: is damaged: no JSON object"):
+        ReportedRun.read(tmp_path / "run")

@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from report.synthetic import SyntheticGame
 
+from gsiirl.errors import InputError
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.security.sample_path import SamplePath, pick_sample_path
@@ -60,3 +62,12 @@ def test_outcomes_follow_from_states_and_actions(tmp_path: Path) -> None:
 def test_the_trajectory_in_which_most_falls_is_told(tmp_path: Path) -> None:
     path = path_of(tmp_path, [(0b001, 0, 1), (0b011, 1, 0), (0b111, NO_OP, NO_OP)], seed=4)
     assert (path.seed, path.trajectory, path.recorded) == (4, 1, 2)
+
+
+def test_a_missing_column_is_named(tmp_path: Path) -> None:
+    game = SyntheticGame(GRAPH).content()
+    run = RunFolder.create(tmp_path / "run", {"experiment": "security", "algorithm": "gsiirl"}, game)
+    run.append_metrics(0, {"seed": np.array([0]), "iteration": np.array([0])})
+    run.save_paths({name: np.array([0]) for name in ("seed", "trajectory", "step", "state", "learner_action")})
+    with pytest.raises(InputError, match=r"paths.parquet: is damaged: it has no column expert_action"):
+        pick_sample_path(RecordedGraph.read(game, run.path), ReportedRun.read(run.path))

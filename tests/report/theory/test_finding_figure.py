@@ -8,7 +8,7 @@ import pytest
 from matplotlib.axes import Axes
 from report.synthetic_theory import curve, many_panels, missed, power_law
 
-from gsiirl.report.figures.picture import picture
+from gsiirl.report.figures.page_figure import figure_files
 from gsiirl.report.figures.style import figure_style
 from gsiirl.report.theory.finding_figure import draw_finding, straight_slope, undrawn_points
 from gsiirl.runs import Finding, Panel
@@ -88,7 +88,7 @@ def test_ticks_are_plain_text():
     with figure_style():
         figure = draw_finding(power_law())
         assert figure is not None
-        picture(figure)
+        figure_files(figure)
     for axes in figure.axes:
         labels = [label.get_text() for label in (*axes.get_xticklabels(), *axes.get_yticklabels())]
         assert len(labels) >= 4
@@ -109,7 +109,7 @@ def test_the_same_finding_gives_the_same_bytes():
         with figure_style():
             figure = draw_finding(power_law())
             assert figure is not None
-            return picture(figure).files
+            return figure_files(figure)
 
     assert draw() == draw()
 

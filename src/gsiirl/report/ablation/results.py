@@ -1,5 +1,6 @@
 """The results of an ablation, and the effect of each of its changes."""
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,20 +35,8 @@ class VariantResult:
         return int(np.sum(self.deployed < self.random))
 
 
-@dataclass(frozen=True)
-class Effect:
-    """The effect of a change on one graph."""
-
-    graph: str
-    difference: Estimate
-    """Deployed return after the change less that before it, seed by seed."""
-
-    @property
-    def verdict(self) -> str:
-        """`better`, `worse`, or `no difference` where the 95 % interval holds 0."""
-        if self.difference.low > 0.0:
-            return "better"
-        return "worse" if self.difference.high < 0.0 else "no difference"
+VERDICTS = {1: "better", 0: "no difference", -1: "worse"}
+"""By the sign of an effect."""
 
 
 @dataclass(frozen=True)
@@ -73,16 +62,19 @@ class AblationResults:
         """The results of one variant, in the order of the graphs."""
         return [self.results[graph, variant.name] for graph in self.plan.graphs]
 
-    def effects(self, variant: AblationVariant) -> list[Effect]:
-        """The effect of a variant over the one before it, for each graph; [] for the first variant."""
+    def effects(self, variant: AblationVariant) -> list[Estimate]:
+        """Deployed return less that of the variant before, seed by seed, for each graph; [] for the first variant."""
         place = self.plan.variants.index(variant)
         if place == 0:
             return []
         before, after = self.of_variant(self.plan.variants[place - 1]), self.of_variant(variant)
-        return [
-            Effect(graph, Estimate.over(changed.deployed - unchanged.deployed))
-            for graph, unchanged, changed in zip(self.plan.graphs, before, after, strict=True)
-        ]
+        pairs = zip(before, after, strict=True)
+        return [Estimate.over(changed.deployed - unchanged.deployed) for unchanged, changed in pairs]
+
+    def verdict(self, variant: AblationVariant) -> str:
+        """On how many graphs a variant is better than the one before it, no different, and worse."""
+        counts = Counter(effect.sign for effect in self.effects(variant))
+        return ", ".join(f"{word} on {counts[sign]}" for sign, word in VERDICTS.items() if counts[sign])
 
 
 def _result(path: Path) -> VariantResult:

@@ -6,19 +6,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from gsiirl.report.crossing.recorded_crossing import RecordedCrossing
-from gsiirl.report.figures.picture import Picture
 from gsiirl.report.figures.style import ALARM_COLOUR, FAINT_COLOUR, SHIELD_COLOUR, TEXT_COLOUR
+from gsiirl.report.plane import scene
 from gsiirl.report.plane.episode import PlaneEpisode, distances
-from gsiirl.report.plane.scene import (
-    animate_scene,
-    box_around,
-    draw_beside,
-    draw_box,
-    draw_place,
-    draw_values,
-    draw_way,
-    prepare_plane,
-)
 
 ROBOT_COLOUR, HUMAN_COLOUR = SHIELD_COLOUR, ALARM_COLOUR
 
@@ -30,7 +20,7 @@ def smallest_distance(episode: PlaneEpisode) -> float:
 
 def draw_encounter(crossing: RecordedCrossing, episode: PlaneEpisode) -> Figure:
     """Left the ways, right the distance over time."""
-    figure, plane, panel = draw_beside(episode, lambda axes, step: _draw_scene(axes, crossing, episode, step))
+    figure, plane, panel = scene.draw_beside(episode, lambda axes, step: _draw_scene(axes, crossing, episode, step))
     nearest = int(np.argmin(_apart(episode)))
     ends = np.stack([episode.positions["robot"][nearest], episode.positions["human"][nearest]])
     plane.plot(*ends.T, color=TEXT_COLOUR, linewidth=1.2, linestyle=":", zorder=3)
@@ -39,19 +29,19 @@ def draw_encounter(crossing: RecordedCrossing, episode: PlaneEpisode) -> Figure:
     return figure
 
 
-def animate_encounter(crossing: RecordedCrossing, episode: PlaneEpisode) -> Picture:
+def animate_encounter(crossing: RecordedCrossing, episode: PlaneEpisode) -> dict[str, bytes]:
     """Robot and human step by step, with the safe distance as a ring around the robot."""
 
     def draw(axes: Axes, step: int) -> None:
         _draw_scene(axes, crossing, episode, step)
         apart, (x, y) = _apart(episode)[step], episode.positions["robot"][step]
-        ring = Circle((x, y), crossing.safe_distance, facecolor="none", linestyle="--", zorder=3)
-        ring.set(edgecolor=ALARM_COLOUR if apart < crossing.safe_distance else FAINT_COLOUR, linewidth=1.2)
-        axes.add_patch(ring)
+        colour = ALARM_COLOUR if apart < crossing.safe_distance else FAINT_COLOUR
+        look = {"facecolor": "none", "edgecolor": colour, "linestyle": "--", "linewidth": 1.2, "zorder": 3}
+        axes.add_patch(Circle((x, y), crossing.safe_distance, **look))
         axes.set_title(f"step {step} of {episode.steps}, {apart:.2f} apart")
         axes.legend(loc="upper right", fontsize=9)
 
-    return animate_scene(episode, draw, height=4.8, bottom=0.11)
+    return scene.animate_scene(episode, draw, height=4.8, bottom=0.11)
 
 
 def _apart(episode: PlaneEpisode) -> np.ndarray:
@@ -61,17 +51,17 @@ def _apart(episode: PlaneEpisode) -> np.ndarray:
 
 def _draw_scene(axes: Axes, crossing: RecordedCrossing, episode: PlaneEpisode, until: int) -> None:
     # An untrained robot may leave the arena.
-    prepare_plane(axes, box_around(np.concatenate([crossing.arena.T, *episode.positions.values()]), 0.0))
-    draw_box(axes, crossing.robot_start, ROBOT_COLOUR, "robot starts")
-    draw_box(axes, crossing.human_start, HUMAN_COLOUR, "human starts")
-    draw_place(axes, crossing.robot_goal, crossing.goal_radius, ROBOT_COLOUR, "robot's goal")
-    draw_place(axes, crossing.human_goal, crossing.goal_radius, HUMAN_COLOUR, "human's goal", below=True)
-    draw_way(axes, episode.positions["robot"], until, ROBOT_COLOUR, "robot")
-    draw_way(axes, episode.positions["human"], until, HUMAN_COLOUR, "human")
+    scene.prepare_plane(axes, scene.box_around(np.concatenate([crossing.arena.T, *episode.positions.values()]), 0.0))
+    scene.draw_box(axes, crossing.robot_start, ROBOT_COLOUR, "robot starts")
+    scene.draw_box(axes, crossing.human_start, HUMAN_COLOUR, "human starts")
+    scene.draw_place(axes, crossing.robot_goal, crossing.goal_radius, ROBOT_COLOUR, "robot's goal")
+    scene.draw_place(axes, crossing.human_goal, crossing.goal_radius, HUMAN_COLOUR, "human's goal", below=True)
+    scene.draw_way(axes, episode.positions["robot"], until, ROBOT_COLOUR, "robot")
+    scene.draw_way(axes, episode.positions["human"], until, HUMAN_COLOUR, "human")
 
 
 def _draw_distance(panel: Axes, crossing: RecordedCrossing, apart: np.ndarray) -> None:
-    draw_values(panel, apart, TEXT_COLOUR)
+    scene.draw_values(panel, apart, TEXT_COLOUR)
     lines = (
         (crossing.safe_distance, FAINT_COLOUR, "--", "safe distance"),
         (crossing.collision_distance, ALARM_COLOUR, "-", "collision"),

@@ -4,15 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gsiirl.report.curves.learning_curves import (
-    draw_curves,
-    draw_legend,
-    draw_level,
-    marl_levels,
-    number_iterations,
-    random_level,
-    tell_random_play,
-)
+from gsiirl.report.curves import learning_curves
 from gsiirl.report.figures.style import FAINT_COLOUR
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.read.run import MetricCurve
@@ -46,9 +38,10 @@ def draw_returns(group: GameGroup) -> Figure | None:
             # Text that is wider than the panel would else make it narrower.
             told.set_in_layout(False)
     for panel in axes[-1]:
-        number_iterations(panel)
-    random = random_level(group, "return_learner")
-    draw_legend(figure, group, marl_levels(group, "return_learner") + ([] if random is None else [random]))
+        learning_curves.number_iterations(panel)
+    levels = learning_curves.marl_levels(group, "return_learner")
+    random = learning_curves.random_level(group, "return_learner")
+    learning_curves.draw_legend(figure, group, levels + ([] if random is None else [random]))
     return figure
 
 
@@ -63,32 +56,30 @@ def _span(group: GameGroup, kinds: list[str], side: str) -> Span | None:
     These are the first, the median and the last mean of every curve, the last also less and plus its standard
     deviation, and all levels. Curves are cut off elsewhere, so that one bad stretch of one run does not flatten all.
     """
-    heights = [level.value for level in marl_levels(group, f"return_{side}")]
+    heights = [level.value for level in learning_curves.marl_levels(group, f"return_{side}")]
     for curve in (curve for kind in kinds for curve in _curves(group, kind, side)):
         mean, std = curve.mean, float(curve.std[-1])
         heights += [float(mean[0]), float(np.median(mean)), float(mean[-1]) - std, float(mean[-1]) + std]
     if not heights:
         return None
     low, high = min(heights), max(heights)
-    random = random_level(group, f"return_{side}")
+    random = learning_curves.random_level(group, f"return_{side}")
     if random is not None and low - (high - low) <= random.value <= high + (high - low):
         low, high = min(low, random.value), max(high, random.value)
     return low, high
 
 
 def _draw_panel(panel: Axes, group: GameGroup, metric: str, level_metric: str, span: Span | None) -> None:
-    draw_curves(panel, group, metric)
-    for level in marl_levels(group, level_metric):
-        draw_level(panel, level)
+    learning_curves.draw_curves(panel, group, metric)
+    for level in learning_curves.marl_levels(group, level_metric):
+        learning_curves.draw_level(panel, level)
     if span is None:
         return
     low, high = span
     margin = 0.08 * (high - low) or 1.0
     panel.set_ylim(low - margin, high + margin)
-    random = random_level(group, level_metric)
-    if random is None:
-        return
-    if low <= random.value <= high:
-        draw_level(panel, random)
-    else:
-        tell_random_play(panel, random, below=random.value < low)
+    random = learning_curves.random_level(group, level_metric)
+    if random is not None and low <= random.value <= high:
+        learning_curves.draw_level(panel, random)
+    elif random is not None:
+        learning_curves.tell_random_play(panel, random, below=random.value < low)

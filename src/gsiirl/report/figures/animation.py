@@ -8,15 +8,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from gsiirl.report.figures.picture import Picture
-
 DOTS_PER_INCH = 100
 COLOURS = 128
 STEP_MILLISECONDS, LAST_MILLISECONDS = 160, 1800
 
 
-def animate(draw: Callable[[int], Figure], frames: int) -> Picture:
-    """The figures draw(0), ..., draw(frames - 1), all of one size, in an endless loop.
+def animate(draw: Callable[[int], Figure], frames: int) -> dict[str, bytes]:
+    """The figures draw(0), ..., draw(frames - 1), all of one size, in an endless loop, as `gif`.
 
     The same figures give the same bytes.
     """
@@ -24,7 +22,7 @@ def animate(draw: Callable[[int], Figure], frames: int) -> Picture:
     durations = [STEP_MILLISECONDS] * (frames - 1) + [LAST_MILLISECONDS]
     stream = io.BytesIO()
     first.save(stream, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
-    return Picture("animation", {"gif": stream.getvalue()})
+    return {"gif": stream.getvalue()}
 
 
 def _pixels(figure: Figure) -> np.ndarray:

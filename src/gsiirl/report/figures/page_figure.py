@@ -1,10 +1,10 @@
-"""A figure on a page."""
+"""A figure on a page, and its files."""
 
+import base64
+import io
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
-
-from gsiirl.report.figures.picture import Picture, picture
 
 
 @dataclass(frozen=True)
@@ -17,18 +17,41 @@ class PageFigure:
     caption: str
     alternative: str
     """The figure in words, for readers who cannot see it."""
-    picture: Picture
+    contents: dict[str, bytes]
+    """Its files by their endings; the last stands on the page."""
 
     @property
     def files(self) -> dict[str, bytes]:
         """Contents of its files by their names in the page's folder."""
-        return {f"figures/{self.name}.{ending}": content for ending, content in self.picture.files.items()}
+        return {f"figures/{self.name}.{ending}": content for ending, content in self.contents.items()}
+
+    @property
+    def kind(self) -> str:
+        """`drawing` or `animation`: the class of the page's `img`."""
+        return "animation" if "gif" in self.contents else "drawing"
+
+    @property
+    def address(self) -> str:
+        """The figure as a `data:` address, so that a page needs no other file."""
+        ending, content = list(self.contents.items())[-1]
+        return f"data:image/{ending.replace('svg', 'svg+xml')};base64,{base64.b64encode(content).decode()}"
 
 
 def page_figure(
-    name: str, heading: str, caption: str, alternative: str, figure: Figure | Picture | None
+    name: str, heading: str, caption: str, alternative: str, figure: Figure | dict[str, bytes] | None
 ) -> PageFigure | None:
-    """A figure with its words, or None where there is no figure."""
+    """A drawn figure or the files of one, with its words; None where there is no figure."""
     if figure is None:
         return None
-    return PageFigure(name, heading, caption, alternative, picture(figure) if isinstance(figure, Figure) else figure)
+    contents = figure_files(figure) if isinstance(figure, Figure) else figure
+    return PageFigure(name, heading, caption, alternative, contents)
+
+
+def figure_files(figure: Figure) -> dict[str, bytes]:
+    """The figure as `png` and `svg`, without date and version: the same figure gives the same bytes."""
+    png, svg = io.BytesIO(), io.StringIO()
+    figure.savefig(png, format="png", metadata={"Software": None})
+    figure.savefig(svg, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    # The document type names an external address and is of no use to a browser.
+    text = svg.getvalue()
+    return {"png": png.getvalue(), "svg": text[text.index("<svg") :].encode()}

@@ -1,7 +1,7 @@
 """Sentences about the results of one game, computed from the numbers that its tables show."""
 
 from gsiirl.report.read.estimate import Estimate
-from gsiirl.report.read.gap import Gap
+from gsiirl.report.read.gap import VERDICTS, gap_to_deployed_marl, gap_to_marl
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.tables.quality import METRICS
@@ -40,7 +40,7 @@ def _return_verdict(group: GameGroup, label: str, run: ReportedRun, full: bool) 
     if ends is None:
         return []
     learner, expert = group.sides
-    gap, marl = Gap.of(group, run), group.reference("truth_return_learner")
+    gap, marl = gap_to_marl(group, run), group.reference("truth_return_learner")
     random = group.reference("random_return_learner")
     how = HOW.get(run.algorithm, "learned with {}").format(label)
     text = f"The {learner} that {how} {learner.verb('ends', 'end')} at {ends}"
@@ -59,7 +59,7 @@ def _return_verdict(group: GameGroup, label: str, run: ReportedRun, full: bool) 
 
 def _answered_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]:
     """MARL's learner deployed against the real expert, where that differs from its return in training."""
-    gap, marl = Gap.to_deployed(group, run), group.of("marl")
+    gap, marl = gap_to_deployed_marl(group, run), group.of("marl")
     pair, met = (None if marl is None else marl.estimate(f"{kind}_return_learner") for kind in ("truth", "deployed"))
     if gap is None or pair is None or met is None or str(pair) == str(met):
         return []
@@ -92,8 +92,8 @@ def _estimates(run: ReportedRun, *metrics: str) -> list[Estimate] | None:
     return found if len(found) == len(metrics) else None
 
 
-def _comparison(gap: Gap, other: str = "MARL") -> str:
-    return f"{gap.verdict} than {other}" + (" (which lies within the 95 % interval)" if gap.is_open else "")
+def _comparison(gap: Estimate, other: str = "MARL") -> str:
+    return f"{VERDICTS[gap.sign]} than {other}" + ("" if gap.sign else " (which lies within the 95 % interval)")
 
 
 def _reward_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[str]:

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import polars
 
-from gsiirl.errors import InputError
 from gsiirl.report.read.run import ReportedRun
-from gsiirl.runs.files.damage import START_AGAIN
 
 
 @dataclass(frozen=True)
@@ -47,14 +45,7 @@ def pick_episode(
     Raises:
         InputError: the table of the paths lacks a column.
     """
-    if run.paths is None:
-        return None
-    needed = ["seed", "trajectory", "step", *(f"{body}_{axis}" for body in bodies for axis in "xy")]
-    missing = [name for name in needed if name not in run.paths.columns]
-    if missing:
-        raise InputError(str(run.path / "paths.parquet"), f"is damaged: it has no column {missing[0]}", START_AGAIN)
-    kept = run.paths.filter(polars.col("seed").is_in(run.kept_seeds)).sort("seed", "trajectory", "step")
-    tables = kept.partition_by("seed", "trajectory", maintain_order=True)
+    tables = run.trajectories([f"{body}_{axis}" for body in bodies for axis in "xy"])
     tables = [table for table in tables if np.isfinite(table.to_numpy()).all()]
     ranked = sorted((_episode(table, bodies, len(tables)) for table in tables), key=score)
     return ranked[(len(ranked) - 1) // 2] if ranked else None

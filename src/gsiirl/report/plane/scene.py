@@ -10,7 +10,6 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
 
 from gsiirl.report.figures.animation import animate
-from gsiirl.report.figures.picture import Picture
 from gsiirl.report.figures.style import FAINT_COLOUR
 from gsiirl.report.plane.episode import PlaneEpisode
 
@@ -27,8 +26,11 @@ def draw_beside(episode: PlaneEpisode, scene: Scene) -> tuple[Figure, Axes, Axes
     return figure, plane, panel
 
 
-def animate_scene(episode: PlaneEpisode, scene: Scene, height: float, bottom: float) -> Picture:
-    """The episode step by step; the figure is `height` inches tall, and its square axes begin at `bottom`, a share."""
+def animate_scene(episode: PlaneEpisode, scene: Scene, height: float, bottom: float) -> dict[str, bytes]:
+    """The episode step by step, as `gif`.
+
+    The figure is `height` inches tall; its square axes begin at `bottom`, a share of the height.
+    """
 
     def draw(step: int) -> Figure:
         figure = Figure(figsize=(4.8, height))
@@ -72,9 +74,8 @@ def draw_place(axes: Axes, place: np.ndarray, radius: float, colour: str, text: 
 def draw_box(axes: Axes, box: np.ndarray, colour: str, text: str) -> None:
     """Draw a region [[x0, x1], [y0, y1]] with its name below."""
     (left, right), (low, high) = box
-    region = Rectangle((left, low), right - left, high - low)
-    region.set(facecolor=colour, edgecolor=colour, alpha=0.13, linewidth=0, zorder=1)
-    axes.add_patch(region)
+    look = {"color": colour, "alpha": 0.13, "linewidth": 0, "zorder": 1}
+    axes.add_patch(Rectangle((left, low), right - left, high - low, **look))
     _name(axes, text, ((left + right) / 2, low), -3, color=FAINT_COLOUR, size=8.5)
 
 

@@ -30,6 +30,11 @@ class Estimate:
         half = float(stdtrit(count - 1, 0.975)) * std / math.sqrt(count)
         return cls(mean, std, mean - half, mean + half, count)
 
+    @property
+    def sign(self) -> int:
+        """1 or -1 where the interval lies above or below 0; 0 where it holds 0."""
+        return int(self.low > 0) - int(self.high < 0)
+
     def json(self) -> dict[str, Any]:
         """The entry in `table.json`."""
         return asdict(self)

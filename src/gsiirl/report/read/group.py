@@ -71,12 +71,9 @@ class GameGroup:
 
     def reference(self, metric: str) -> float | None:
         """Mean of a final metric of MARL (`truth_...`) or of random play (`random_...`); None where no run holds it."""
-        for run in self.runs.values():
-            # MARL by another solver has a line of its own.
-            estimate = None if run.algorithm == "marl-maddpg" else run.estimate(metric)
-            if estimate is not None:
-                return estimate.mean
-        return None
+        # MARL by another solver has a line of its own.
+        estimates = (run.estimate(metric) for run in self.runs.values() if run.algorithm != "marl-maddpg")
+        return next((each.mean for each in estimates if each is not None), None)
 
 
 def group_runs(runs: list[ReportedRun]) -> list[GameGroup]:

@@ -1,5 +1,6 @@
 """A run as the report reads it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import polars
 from gsiirl.errors import InputError
 from gsiirl.report.read.estimate import Estimate
 from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, summarise
-from gsiirl.runs.files.damage import refuse_damaged
+from gsiirl.runs.files.damage import START_AGAIN, refuse_damaged
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,22 @@ class ReportedRun:
     def kept_seeds(self) -> list[int]:
         """Seeds that did not fail."""
         return [seed for seed in self.seeds if seed not in self.failed_seeds]
+
+    def trajectories(self, columns: Sequence[str]) -> list[polars.DataFrame]:
+        """The recorded trajectories, sorted by seed and number, each by step; [] where none is recorded.
+
+        Raises:
+            InputError: the table of the paths lacks one of `columns`.
+        """
+        if self.paths is None:
+            return []
+        keys = ("seed", "trajectory", "step")
+        missing = [name for name in (*keys, *columns) if name not in self.paths.columns]
+        if missing:
+            problem = f"is damaged: it has no column {missing[0]}"
+            raise InputError(str(self.path / "paths.parquet"), problem, START_AGAIN)
+        kept = self.paths.filter(polars.col("seed").is_in(self.kept_seeds)).sort(keys)
+        return kept.partition_by("seed", "trajectory", maintain_order=True)
 
     @property
     def given_the_rewards(self) -> bool:

@@ -9,15 +9,8 @@ from matplotlib.bezier import BezierSegment
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Rectangle
 
-from gsiirl.report.figures.style import (
-    ALARM_COLOUR,
-    FAINT_COLOUR,
-    LEARNED_COLOUR,
-    LINE_COLOUR,
-    TEXT_COLOUR,
-    TRUE_COLOUR,
-    Look,
-)
+from gsiirl.report.figures import style
+from gsiirl.report.figures.style import Look
 from gsiirl.report.security.layout import CARD, OUTSIDE_CARD, lay_out
 from gsiirl.report.security.recorded_graph import OUTSIDE, RecordedGraph
 
@@ -31,6 +24,7 @@ BENDS = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45, 0.6)
 MUTUAL_BENDS = (0.12, 0.25, 0.4, 0.55)
 """Of an edge that has one the other way: bent to the same side of their own direction, the two part."""
 LAST_BEND = 0.7
+CENTRED: Look = {"ha": "center", "va": "center"}
 
 Point = tuple[float, float]
 
@@ -58,9 +52,9 @@ def draw_attack_graph(graph: RecordedGraph, learned_value: np.ndarray | None) ->
     axes.set_axis_off()
     axes.set_xlim(left - side, right + side)
     axes.set_ylim(bottom - MARGIN - LEGEND_HEIGHT, top + MARGIN)
-    values = {"true": (graph.expert_truth[: len(graph.nodes)], TRUE_COLOUR)}
+    values = {"true": (graph.expert_truth[: len(graph.nodes)], style.TRUE_COLOUR)}
     if learned_value is not None:
-        values["learned"] = (learned_value, LEARNED_COLOUR)
+        values["learned"] = (learned_value, style.LEARNED_COLOUR)
     cards = {
         node: _draw_outside(axes, place) if node == OUTSIDE else _draw_node(axes, graph, node, place, values)
         for node, place in layout.position.items()
@@ -72,8 +66,8 @@ def draw_attack_graph(graph: RecordedGraph, learned_value: np.ndarray | None) ->
         axes.add_patch(arrow)
         if len(graph.edges) <= LABELLED_EDGES:
             x, y = _label_place(curve, OUTSIDE_CARD if source == OUTSIDE else CARD)
-            box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-            axes.text(x, y, f"{probability:.0%}", size=8.5, color=FAINT_COLOUR, ha="center", va="center", bbox=box)
+            look = CENTRED | {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8}}
+            axes.text(x, y, f"{probability:.0%}", size=8.5, color=style.FAINT_COLOUR, **look)
     _draw_legend(axes, learned_value is not None, bottom - MARGIN - LEGEND_HEIGHT / 2)
     return figure
 
@@ -87,9 +81,9 @@ def _draw_card(axes: Axes, place: Point, size: Point, rounding: float, **look: A
 
 def _draw_outside(axes: Axes, place: Point) -> FancyBboxPatch:
     x, y = place
-    card = _draw_card(axes, place, OUTSIDE_CARD, 0.21, facecolor=TEXT_COLOUR, edgecolor="none")
-    axes.text(x, y, "outside", size=11, weight="bold", color="white", ha="center", va="center", zorder=4)
-    axes.text(x, y - 0.3, "the attacker\nstarts here", size=9, color=FAINT_COLOUR, ha="center", va="top")
+    card = _draw_card(axes, place, OUTSIDE_CARD, 0.21, facecolor=style.TEXT_COLOUR, edgecolor="none")
+    axes.text(x, y, "outside", size=11, weight="bold", color="white", zorder=4, **CENTRED)
+    axes.text(x, y - 0.3, "the attacker\nstarts here", size=9, color=style.FAINT_COLOUR, ha="center", va="top")
     return card
 
 
@@ -100,13 +94,13 @@ def _draw_node(
     (x, y), (width, height) = place, CARD
     left, right, name = x - width / 2 + 0.09, x + width / 2 - 0.07, _shortened(graph.nodes[node])
     foothold = graph.footholds[node]
-    edge = {"edgecolor": ALARM_COLOUR, "linewidth": 2.2} if foothold else {"edgecolor": "#94a3b8", "linewidth": 1.0}
-    card = _draw_card(axes, place, CARD, 0.08, facecolor="white", **edge)
+    edge, width_of_edge = (style.ALARM_COLOUR, 2.2) if foothold else ("#94a3b8", 1.0)
+    card = _draw_card(axes, place, CARD, 0.08, facecolor="white", edgecolor=edge, linewidth=width_of_edge)
     axes.text(left, y + height / 2 - 0.17, name, size=10.5, weight="bold", va="center", zorder=4)
     if foothold:
         # The attacker gains nothing by taking what it holds: its value has no effect and cannot be learned.
         text = "foothold: held by the\nattacker from the start"
-        axes.text(left, y - 0.12, text, size=9, color=ALARM_COLOUR, va="center", zorder=4)
+        axes.text(left, y - 0.12, text, size=9, color=style.ALARM_COLOUR, va="center", zorder=4)
         return card
     gainable = ~np.array(graph.footholds)
     longest = max(float(np.max(np.abs(each[gainable]))) for each, _ in values.values()) or 1.0
@@ -170,10 +164,10 @@ def _arrow(probability: float) -> Look:
 
 def _draw_legend(axes: Axes, learned: bool, y: float) -> None:
     x = axes.get_xlim()[0] + MARGIN
-    axes.plot([x, axes.get_xlim()[1] - MARGIN], [y + 0.24] * 2, color=LINE_COLOUR, linewidth=0.8)
-    entries = [("what the node is worth to the attacker", TRUE_COLOUR)]
+    axes.plot([x, axes.get_xlim()[1] - MARGIN], [y + 0.24] * 2, color=style.LINE_COLOUR, linewidth=0.8)
+    entries = [("what the node is worth to the attacker", style.TRUE_COLOUR)]
     if learned:
-        entries.append(("what the defender learned it is worth", LEARNED_COLOUR))
+        entries.append(("what the defender learned it is worth", style.LEARNED_COLOUR))
     for text, colour in entries:
         axes.add_patch(Rectangle((x, y - 0.06), 0.26, 0.12, facecolor=colour))
         axes.text(x + 0.33, y, text, size=10, va="center")

@@ -39,11 +39,9 @@ class RecordedGraph:
             nodes, edges, truth = game["nodes"], game["edges"], game["truth"]
             index = {str(node["name"]): position for position, node in enumerate(nodes)}
             features = len(nodes) + len(edges)
-            expert_truth, dependent_truth = (
-                np.array(truth[name], dtype=float) for name in ("expert_reward", "dependent_reward")
-            )
+            expert, dependent = (np.array(truth[f"{side}_reward"], dtype=float) for side in ("expert", "dependent"))
             # The class of the dependent reward may have more features, after those of nodes and edges.
-            if expert_truth.shape != (features,) or dependent_truth.size < features:
+            if expert.shape != (features,) or dependent.size < features:
                 raise ValueError("truth does not hold one weight a node and edge")
             return cls(
                 nodes=[str(node["name"]) for node in nodes],
@@ -53,8 +51,8 @@ class RecordedGraph:
                     for edge in edges
                 ],
                 success_probability=[float(edge["success_probability"]) for edge in edges],
-                expert_truth=expert_truth,
-                dependent_truth=dependent_truth[:features],
+                expert_truth=expert,
+                dependent_truth=dependent[:features],
                 expert_no_op=bool(game.get("no_op", {}).get("expert", False)),
             )
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gsiirl.report.curves.learning_curves import draw_curve, number_iterations
-from gsiirl.report.figures.style import FAINT_COLOUR
+from gsiirl.report.figures.style import FAINT_COLOUR, Look
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.words.algorithms import algorithm_style
@@ -40,13 +40,13 @@ def draw_recovery(group: GameGroup, graph: RecordedGraph) -> Figure | None:
     nodes = np.flatnonzero(~np.array(graph.footholds))
     edges = np.arange(count, count + len(graph.edges))
     costs = _series(group, "expert_reward", graph.expert_truth, edges)
+    if not graph.expert_no_op:
+        costs = [_up_to_a_constant(each) for each in costs]
     losses = _series(group, "dependent_reward", graph.dependent_truth, nodes, ", losses")
     attacks = _series(group, "dependent_reward", graph.dependent_truth, edges, ", attacks", hollow=True)
     panels = {
         "What each node is worth to the attacker": _series(group, "expert_reward", graph.expert_truth, nodes),
-        f"What each attack costs the attacker{'' if graph.expert_no_op else '*'}": (
-            costs if graph.expert_no_op else [_up_to_a_constant(each) for each in costs]
-        ),
+        f"What each attack costs the attacker{'' if graph.expert_no_op else '*'}": costs,
         "What the attacker costs the defender": losses + attacks,
     }
     panels = {title: series for title, series in panels.items() if series}
@@ -90,16 +90,9 @@ def _draw_scatter(panel: Axes, title: str, series: list[_Series]) -> None:
     for each in series:
         mean = each.learned.mean(axis=0)
         std = each.learned.std(axis=0, ddof=1) if len(each.learned) > 1 else np.zeros(len(each.true))
-        look = {"fmt": "s", "markersize": 5} if each.hollow else {"fmt": "o", "markersize": 7}
-        panel.errorbar(
-            *(each.true, mean, std),
-            markerfacecolor="white" if each.hollow else each.colour,
-            color=each.colour,
-            alpha=0.85,
-            elinewidth=1.2,
-            label=each.label,
-            **look,
-        )
+        look: Look = {"fmt": "s", "markersize": 5} if each.hollow else {"fmt": "o", "markersize": 7}
+        look |= {"color": each.colour, "markerfacecolor": "white" if each.hollow else each.colour}
+        panel.errorbar(each.true, mean, yerr=std, alpha=0.85, elinewidth=1.2, label=each.label, **look)
         extremes += [*each.true.tolist(), *(mean - std).tolist(), *(mean + std).tolist()]
     low, high = min(extremes), max(extremes)
     margin = 0.06 * (high - low or 1.0)

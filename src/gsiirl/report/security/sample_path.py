@@ -34,15 +34,17 @@ class SamplePath:
 
 
 def pick_sample_path(graph: RecordedGraph, run: ReportedRun) -> SamplePath | None:
-    """The recorded trajectory in which most nodes fall, of equals the first; None where none was recorded."""
-    if run.paths is None:
-        return None
-    kept = run.paths.filter(polars.col("seed").is_in(run.kept_seeds)).sort("seed", "trajectory", "step")
-    trajectories = kept.partition_by("seed", "trajectory", maintain_order=True)
+    """The recorded trajectory in which most nodes fall, of equals the first; None where none was recorded.
+
+    Raises:
+        InputError: the table of the paths lacks a column.
+    """
+    actions = ("expert_action", "learner_action", "state")
+    trajectories = run.trajectories(actions)
     if not trajectories:
         return None
     chosen = max(trajectories, key=lambda table: int(table["state"][-1]).bit_count())
-    rows = chosen.select("expert_action", "learner_action", "state", following=polars.col("state").shift(-1)).rows()
+    rows = chosen.select(*actions, following=polars.col("state").shift(-1)).rows()
     steps = [_step(graph, *row) for row in rows]
     return SamplePath(int(chosen["seed"][0]), int(chosen["trajectory"][0]), len(trajectories), steps)
 

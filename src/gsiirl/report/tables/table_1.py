@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from gsiirl.report.read.gap import Gap
+from gsiirl.report.read.estimate import Estimate
+from gsiirl.report.read.gap import VERDICTS, gap_to_marl
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.tables.comparison import ComparisonRow
 from gsiirl.report.tables.paper_results import PAPER_RESULTS
@@ -45,10 +46,10 @@ class Table1Column:
         )
 
     @property
-    def gap(self) -> Gap | None:
+    def gap(self) -> Estimate | None:
         """The deployed return of GSIIRL less MARL's; None where one of them is missing."""
         run = self.group.of("gsiirl")
-        return None if run is None else Gap.of(self.group, run)
+        return None if run is None else gap_to_marl(self.group, run)
 
     @property
     def sentence(self) -> str:
@@ -56,11 +57,11 @@ class Table1Column:
         paper = f"the paper's GSIIRL ends {PAPER_RESULTS[self.group.experiment].gap} its MARL"
         if self.gap is None:
             return f"{self.heading}: no GSIIRL to compare with MARL here; {paper}."
-        found = self.gap.difference
+        found = self.gap
         spread = f"95 % interval {_signed(found.low)} to {_signed(found.high)}, {found.count} seeds"
         return (
             f"{self.heading} ({self.game}): GSIIRL, deployed, less MARL: {_signed(found.mean)} "
-            f"({spread if found.count > 1 else 'one seed: no interval'}): {self.gap.verdict} than MARL; {paper}."
+            f"({spread if found.count > 1 else 'one seed: no interval'}): {VERDICTS[found.sign]} than MARL; {paper}."
         )
 
 
@@ -90,11 +91,6 @@ class Table1:
         return {algorithm: algorithm_style(algorithm).name for algorithm in sorted(found, key=algorithm_rank)}
 
     @property
-    def sentences(self) -> list[str]:
-        """A sentence for each experiment."""
-        return [column.sentence for column in self.columns]
-
-    @property
     def choices(self) -> str:
         """The reasons for the games that are shown, where there was a choice."""
         return " ".join(column.choice for column in self.columns if column.choice)
@@ -109,7 +105,7 @@ class Table1:
                 "variant": column.group.game.get("variant"),
                 "returns": [column.rows[name].json() for name in self.algorithms if name in column.rows],
                 "sentence": column.sentence,
-                **({"gap_to_marl": column.gap.difference.json()} if column.gap else {}),
+                **({"gap_to_marl": column.gap.json()} if column.gap else {}),
             }
             for column in self.columns
         ]

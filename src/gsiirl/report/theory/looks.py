@@ -6,21 +6,15 @@ from gsiirl.runs.findings import Curve, Panel
 
 def _cycle(colours: str, markers: str, **look: object) -> list[Look]:
     """A look for each colour and marker."""
-    return [{"color": c, "marker": m, **look} for c, m in zip(colours.split(), markers.split(), strict=True)]
+    pairs = zip(colours.split(), markers.split(), strict=True)
+    return [{"color": colour, "marker": marker, "linewidth": 1.8, **look} for colour, marker in pairs]
 
 
+OUR_COLOURS = "#2563eb #0d9488 #d97706 #be185d #475569 #65a30d"
+PAPER_COLOURS = "#9333ea #c026d3 #6366f1 #db2777 #7e22ce #a78bfa"
 LOOKS: dict[str, list[Look]] = {
-    "ours": _cycle(
-        "#2563eb #0d9488 #d97706 #be185d #475569 #65a30d", "o s D ^ v P", linewidth=1.8, markersize=5, zorder=4
-    ),
-    "paper": _cycle(
-        "#9333ea #c026d3 #6366f1 #db2777 #7e22ce #a78bfa",
-        "x * + 1 X p",
-        linewidth=1.8,
-        linestyle=(0, (4, 2)),
-        markersize=6,
-        zorder=3,
-    ),
+    "ours": _cycle(OUR_COLOURS, "o s D ^ v P", markersize=5, zorder=4),
+    "paper": _cycle(PAPER_COLOURS, "x * + 1 X p", linestyle=(0, (4, 2)), markersize=6, zorder=3),
     "guide": [{"color": "#94a3b8", "linewidth": 1.0, "linestyle": line, "zorder": 2} for line in ("--", ":", "-.")],
 }
 """By role of a curve; within a role the curves are told apart by markers or lines as well as by colours."""
