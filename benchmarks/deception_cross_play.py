@@ -96,8 +96,8 @@ def cross_play(agents: PyTree, adversaries: PyTree) -> Sides[Float[Array, "agent
     """Mean undiscounted returns of good agents and adversary, for all pairs along their leading axes."""
 
     def of_pair(learner: Callable, expert: Callable) -> Sides[Array]:
-        episodes = jax.vmap(lambda start: play(JUDGE.problem.game, Sides(learner, expert), start))(JUDGE.starts)
-        return JUDGE.returns(episodes)
+        episodes = jax.vmap(lambda start: play(JUDGE.true.game, Sides(learner, expert), start))(JUDGE.true.starts)
+        return JUDGE.true.returns(episodes)
 
     return jax.vmap(lambda learner: jax.vmap(partial(of_pair, learner))(adversaries))(agents)
 

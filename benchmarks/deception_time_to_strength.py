@@ -67,7 +67,7 @@ def main() -> None:
     for place, frames in enumerate(peer["frames"]):
         print(row("peer", f"{frames} frames", peer_seconds[:, place], peer_strengths[:, place]))
 
-    trainer, rewards = JUDGE.trainer, JUDGE.problem.true_rewards
+    trainer, rewards = JUDGE.true.trainer, JUDGE.true.rewards
     key, init_key = jax.random.split(jax.random.key(options.seed))
     state = trainer.init(init_key)
     began = clocks()

@@ -24,7 +24,7 @@ from scipy.stats import chi2
 
 from gsiirl.continuous_learner import Lived
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.experiments.continuous.problem import ContinuousProblem
+from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.continuous.run import expert_of, learner_of
 from gsiirl.experiments.crossing import problem as crossing_problem
 from gsiirl.experiments.crossing.config import CrossingConfig
@@ -37,11 +37,11 @@ PLACES = 4000
 """Transitions over which the nearest weights to the true reward are found, where the class cannot express it."""
 
 
-def nearest(problem: ContinuousProblem) -> jax.Array:
+def nearest(experiment: ContinuousExperiment) -> jax.Array:
     """The θ_e of length 1 whose reward is nearest to the true one, up to a factor and a constant."""
-    seen = jax.vmap(problem.anywhere)(jax.random.split(jax.random.key(1), PLACES))
-    features = np.asarray(jax.vmap(problem.expert_reward.features)(seen), float)  # pyright: ignore[reportAttributeAccessIssue]
-    values = np.asarray(jax.vmap(problem.true_expert_reward)(seen), float)
+    seen = jax.vmap(experiment.anywhere)(jax.random.split(jax.random.key(1), PLACES))
+    features = np.asarray(jax.vmap(experiment.problem.expert_reward.features)(seen), float)  # pyright: ignore[reportAttributeAccessIssue]
+    values = np.asarray(jax.vmap(experiment.true_expert_reward)(seen), float)
     weights = np.linalg.lstsq(np.c_[features, np.ones(PLACES)], values, rcond=None)[0][:-1]
     return jnp.asarray(weights / np.linalg.norm(weights), jnp.float32)
 
@@ -64,11 +64,12 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.game == "crossing":
         config = CrossingConfig().resolved()
-        problem = crossing_problem.build(config)
+        experiment = crossing_problem.build(config)
     else:
         config = DeceptionConfig(variant="mpe" if arguments.game == "deception" else arguments.game).resolved()
-        problem = deception_problem.build(config)
-    expert, truth, discount = expert_of(config, problem), nearest(problem), config.discount
+        experiment = deception_problem.build(config)
+    expert, truth, discount = expert_of(config, experiment), nearest(experiment), config.discount
+    problem = experiment.problem
     learner = learner_of(config, problem)
     learner = replace(learner, inner_loop=replace(learner.inner_loop, steps=lambda iteration: 0))
 
@@ -86,7 +87,7 @@ def main() -> None:
         apart = expert.adapt(apart, played, keys[1])
         after = learner.update(state, met, keys[2])
         newest: Lived = jax.tree.map(lambda leaf: leaf[0], after.memory.kept)
-        modelled = learner.response(newest, problem.true_expert_reward, keys[3])
+        modelled = learner.response(newest, experiment.true_expert_reward, keys[3])
         starts = initial_states(problem.game, jax.random.key(2), arguments.episodes)
 
         def features(policy: PolicyNetwork) -> jax.Array:

@@ -20,7 +20,18 @@ SOLVER = Pathwise.create(GAME, discount=0.9, batch=16, hidden=4, decay_steps=100
 
 
 def expert(steps: int, first_steps: int) -> ContinuousRespondingExpert:
-    return ContinuousRespondingExpert(SOLVER, rewards.human_reward, steps, first_steps)
+    """Its rate falls over 100 steps."""
+    return ContinuousRespondingExpert(
+        GAME,
+        rewards.human_reward,
+        discount=0.9,
+        iterations=(100 - first_steps) // max(steps, 1),
+        steps=steps,
+        first_steps=first_steps,
+        batch=16,
+        hidden=4,
+        learning_rate=0.02,
+    )
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import pytest
 
 from gsiirl import continuous_learner
 from gsiirl.continuous_expert import ContinuousRespondingExpert
-from gsiirl.continuous_learner import ContinuousGSIIRL, GradientSteps
+from gsiirl.continuous_learner import ContinuousLearner, GradientSteps
 from gsiirl.equilibria.pathwise import Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.games import Crossing
@@ -32,7 +32,7 @@ DEPENDENT = LinearTransitionReward(features=rewards.RobotFeatures(), scale=8.0)
 EXPERT = LinearTransitionReward(features=rewards.HumanFeatures(), scale=10.0)
 
 
-def make(**changes) -> ContinuousGSIIRL:
+def make(**changes) -> ContinuousLearner:
     settings = {
         "solver": SOLVER,
         "responder": SOLVER,
@@ -51,7 +51,7 @@ def make(**changes) -> ContinuousGSIIRL:
         "compared": 4,
         "lower_level": "played",
     }
-    return ContinuousGSIIRL(**(settings | changes))
+    return ContinuousLearner(**(settings | changes))
 
 
 PAPER = {
@@ -62,9 +62,11 @@ PAPER = {
 }
 
 
-def live(learner: ContinuousGSIIRL, seed: jax.Array, rounds: int):
+def live(learner: ContinuousLearner, seed: jax.Array, rounds: int):
     """States after each round with the true human."""
-    expert = ContinuousRespondingExpert(SOLVER, rewards.human_reward, 2, 4)
+    expert = ContinuousRespondingExpert(
+        GAME, rewards.human_reward, DISCOUNT, iterations=48, steps=2, first_steps=4, batch=4, hidden=4
+    )
     key = jax.random.key(seed)
     start = learner.init(key)
 
@@ -86,7 +88,7 @@ def lived():
 
 
 def test_nothing_that_is_passed_to_the_learner_can_hold_the_experts_reward():
-    assert list(inspect.signature(ContinuousGSIIRL.update).parameters) == [
+    assert list(inspect.signature(ContinuousLearner.update).parameters) == [
         "self",
         "state",
         "interaction",

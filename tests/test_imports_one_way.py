@@ -23,14 +23,14 @@ LEARNERS = {
 }
 
 LAYERS = [
-    {"types"},
+    {"types", "arguments"},
     {"games", "rewards"},
     {"equilibria"},
-    {"irl", "problem"},
+    {"irl", "continuous_problem", "problem"},
     {"commitment"},
     LEARNERS,
     {"baselines", "evaluation"},
-    {"result", "fit"},
+    {"results", "continuous_result", "result", "continuous_fit", "fit"},
     {"theory"},
     {"experiments"},
     {"cli"},
@@ -54,13 +54,13 @@ COMMANDS = {"gsiirl.experiments.commands", "gsiirl.theory.commands"}
 """The command line's, wherever they stand: they may import what `cli` may."""
 
 SIBLINGS = [
-    LEARNERS | {"fit", "result"},
+    LEARNERS | {"continuous_fit", "continuous_result", "fit", "result"},
     {"baselines"},
     {"evaluation"},
 ]
 """Learners, what they are compared with, and how they are judged: none of these imports another."""
 
-FRONT_DOOR = {("fit", "evaluation"), ("result", "evaluation")}
+FRONT_DOOR = {(each, "evaluation") for each in ("fit", "result", "continuous_fit", "continuous_result")}
 """A result is judged by `result.evaluate`, so that a user needs no other import."""
 
 EVERYWHERE = {"compilation", "errors", "program_cache", "_version"}

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 README = Path(__file__).parents[1] / "README.md"
 SHOWN = """
 reveal_type(gsiirl.GSIIRL)
@@ -19,15 +21,64 @@ reveal_type(result)
 reveal_type(result.policy)
 reveal_type(told)
 """
+CONTINUOUS = """
+import jax
+
+import gsiirl
+from gsiirl.games import Crossing
+from gsiirl.rewards import crossing as rewards
+
+game, features, own_features = Crossing(horizon=4), rewards.HumanFeatures(), rewards.RobotFeatures()
+problem = gsiirl.Problem(
+    game, rewards.own_reward, rewards.dependent_reward, expert_features=features, dependent_features=own_features
+)
+expert = gsiirl.ContinuousRespondingExpert(game, rewards.human_reward, 0.95, steps=3, first_steps=3, hidden=4)
+result = gsiirl.GSIIRL(problem, hidden=4, solver_steps=3).fit(expert, iterations=2, trajectories=4, seed=0)
+action = result.act(game.reset(jax.random.key(0)), 0)
+told = result.evaluate(rewards.human_reward, training_steps=3)
+"""
+CLASSES = {
+    "gsiirl.GSIIRL(problem)": "ContinuousGSIIRL",
+    "gsiirl.GSIIRL(problem).fit(expert, seeds=2)": "ContinuousResults",
+    "problem": "ContinuousProblem",
+    "expert": "ContinuousRespondingExpert",
+    "result": "ContinuousResult",
+    "result.policy": "PolicyNetwork",
+    "result.expert_reward": "LearnedTransitionReward",
+    "result.history": "DataFrame",
+    "action": "ndarray[tuple[Any, ...], dtype[Any]]",
+    "told": "ContinuousEvaluation",
+}
+
+
+def checked(program: str, folder: Path) -> list[str]:
+    """What a type checker reveals of a program, in which it finds no error."""
+    (folder / "program.py").write_text(program)
+    command = [sys.executable, "-m", "basedpyright", "--outputjson", "--pythonpath", sys.executable, "program.py"]
+    ended = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
+    said = json.loads(ended.stdout)["generalDiagnostics"]
+    assert [each["message"] for each in said if each["severity"] == "error"] == []
+    return [each["message"] for each in said if each["severity"] == "information"]
 
 
 def test_a_users_program_is_fully_typed(tmp_path: Path) -> None:
     [program] = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
-    (tmp_path / "program.py").write_text(program + SHOWN)
-    command = [sys.executable, "-m", "basedpyright", "--outputjson", "--pythonpath", sys.executable, "program.py"]
-    ended = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
-    said = json.loads(ended.stdout)["generalDiagnostics"]
-    assert [each["message"] for each in said if each["severity"] == "error"] == []
-    types = [each["message"] for each in said if each["severity"] == "information"]
+    types = checked(program + SHOWN, tmp_path)
     assert len(types) == len(SHOWN.split())
     assert [each for each in types if re.search(r'is "(type\[)?(Any|Unknown)\b', each)] == []
+
+
+def test_a_users_program_of_a_continuous_game_is_fully_typed(tmp_path: Path) -> None:
+    shown = "".join(f"reveal_type({expression})\n" for expression in CLASSES)
+    types = checked(CONTINUOUS + shown, tmp_path)
+    assert types == [f'Type of "{expression}" is "{name}"' for expression, name in CLASSES.items()]
+    assert len(CONTINUOUS.strip().splitlines()) <= 15
+
+
+@pytest.mark.slow
+def test_a_users_program_of_a_continuous_game_runs(tmp_path: Path) -> None:
+    program = CONTINUOUS + "print(result, action.shape, *told)\n"
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, check=False)
+    expected = "ContinuousResult(ContinuousProblem(Crossing, 2 and 2 actions, 4 steps, "
+    assert ended.stdout.startswith(expected), ended.stderr
+    assert "(2,) deployed marl random" in ended.stdout

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from gsiirl import rewards as rewards
     from gsiirl import scenarios as scenarios
     from gsiirl.bilevel import Bilevel as Bilevel
+    from gsiirl.continuous_expert import ContinuousRespondingExpert as ContinuousRespondingExpert
     from gsiirl.experiments.loading import load as load
     from gsiirl.expert import RespondingExpert as RespondingExpert
     from gsiirl.expert import SimulatedExpert as SimulatedExpert
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 _MODULES = ("baselines", "equilibria", "evaluation", "games", "hypergradients", "irl", "rewards", "scenarios")
 _MEMBERS = {
     "Bilevel": "gsiirl.bilevel",
+    "ContinuousRespondingExpert": "gsiirl.continuous_expert",
     "GSIIRL": "gsiirl.fit",
     "Problem": "gsiirl.problem",
     "RespondingExpert": "gsiirl.expert",

@@ -5,9 +5,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int, PRNGKeyArray
 
+from gsiirl.arguments import discount_of, positive
+from gsiirl.continuous_problem import continuous_game, random_steps, reward_of
 from gsiirl.equilibria.pathwise import Ascent, Pathwise
 from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.errors import InputError
 from gsiirl.games.rollout import episodes_from, initial_states
+from gsiirl.games.tabular import whole_number
 from gsiirl.interaction import AbstractExpert, Proposal
 from gsiirl.rewards.continuous import TransitionReward, mean_return
 from gsiirl.types import Interaction, Sides
@@ -29,18 +33,53 @@ class Habits(eqx.Module):
 
 
 class ContinuousRespondingExpert(AbstractExpert[Habits]):
-    """An expert that plays a best response to the policy that the learner plays, found by its own gradient ascent.
+    """An expert that plays its best response to the policy that the learner plays, found by gradient ascent.
 
-    It alone holds the true expert reward. From one interaction to the next it starts from its habits, which are passed
-    in and out: `POLICIES` policies, each of which takes `steps` steps; it plays the one that earns it most. Its first
-    habits are its answers to the learner's first policy, after `first_steps` steps: who has not learned yet what is
-    good for it shows nothing of what it wants.
+    It alone holds the true expert reward. It never forgets: it keeps `POLICIES` policies, its habits, improves each by
+    `steps` steps in an interaction, and plays the one that earns it most. At the start it has answered the learner's
+    first policy for `first_steps` steps: an untrained expert's actions carry no information about its reward.
     """
 
     solver: Pathwise
     reward: TransitionReward
     steps: int = eqx.field(static=True)
     first_steps: int = eqx.field(static=True)
+
+    def __init__(
+        self,
+        game: object,
+        reward: object,
+        discount: float,
+        *,
+        iterations: int = 50,
+        steps: int = 100,
+        first_steps: int = 250,
+        batch: int = 64,
+        hidden: int = 64,
+        learning_rate: float = 3e-3,
+    ) -> None:
+        """The expert of `reward` r_e(s, a, s'), a function of one step.
+
+        Its networks have two hidden layers of width `hidden`; a step averages over `batch` episodes. The learning rate
+        falls to a tenth over `iterations` interactions.
+
+        Raises:
+            InputError: an argument cannot be.
+        """
+        known = continuous_game(game)
+        if reward is None:
+            raise InputError("reward", "is None", "give the expert's reward, a function of one step")
+        self.reward = reward_of("reward", reward, random_steps(known))
+        self.steps, self.first_steps = whole_number("steps", steps, 0), whole_number("first_steps", first_steps, 0)
+        self.solver = Pathwise.create(
+            known,
+            discount=discount_of(discount),
+            batch=whole_number("batch", batch, 1),
+            hidden=whole_number("hidden", hidden, 1),
+            learning_rate=positive("learning_rate", learning_rate),
+            decay_steps=max(self.first_steps + whole_number("iterations", iterations, 0) * self.steps, 1),
+            expert_steps=1,
+        )
 
     def init(self, key: PRNGKeyArray, learner_policy: PolicyNetwork) -> Habits:
         """An expert that has got used to `learner_policy` from nothing."""

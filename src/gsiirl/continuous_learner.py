@@ -120,7 +120,7 @@ class ContinuousState(eqx.Module):
     lower_optimiser: optax.OptState
 
 
-class ContinuousGSIIRL(AbstractLearner[ContinuousState]):
+class ContinuousLearner(AbstractLearner[ContinuousState]):
     """GSIIRL in a continuous game.
 
     `own_reward` is r_li; `accessed` reads values of r_ld. The lower level averages over `remembered` interactions, a
@@ -220,6 +220,16 @@ class ContinuousGSIIRL(AbstractLearner[ContinuousState]):
     def fitted_dependent_reward(self, state: ContinuousState) -> Float[Array, " n"]:
         """Parameters of r_ld, by regularised least squares over the values read so far."""
         return state.accessed.solve(self.regularisation)
+
+    def report(self, state: ContinuousState) -> dict[str, Array]:
+        """What a history keeps of the last interaction: the estimate after it, and what the learner earned in it."""
+        newest = jax.tree.map(lambda leaf: leaf[0], state.memory.kept)
+        earned = mean_return(
+            lambda seen: self.own_reward(seen) + self.accessed(seen), newest.demonstrations, self.solver.discount
+        )
+        last = state.memory.count - 1
+        exploring = (last % EXPLORING_EVERY == EXPLORING_EVERY - 1) & (state.explorer is not None)
+        return {"expert_parameters": state.expert_parameters, "earned": earned, "exploring": exploring}
 
     def rewards(self, commitment: Float[Array, " n"], expert_parameters: Float[Array, " m"]) -> Sides[TransitionReward]:
         """r^θ_l + r_li and r^θ_e."""

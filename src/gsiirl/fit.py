@@ -2,7 +2,7 @@
 
 import warnings
 from functools import partial
-from typing import Any, Literal, overload
+from typing import Any, Literal, Self, overload
 
 import jax
 import jax.numpy as jnp
@@ -12,6 +12,8 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
+from gsiirl.continuous_fit import ContinuousGSIIRL
+from gsiirl.continuous_problem import ContinuousProblem
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import LAST
 from gsiirl.expert import SimulatedExpert
@@ -44,6 +46,8 @@ MATCHING_DEVIATION = 3.0
 class GSIIRL:
     """General-sum interactive inverse reinforcement learning for a finite game.
 
+    Of a continuous game's problem it makes a `ContinuousGSIIRL`, which has settings of its own.
+
     Args:
         problem: what the learner is told.
         lower_level: how the expert's reward is estimated: by the conditional `likelihood`, to convergence, with a
@@ -56,6 +60,39 @@ class GSIIRL:
         feedback: where values of r_ld are read: everywhere (`model`), or only along what was `visited`.
         many_starts: False leaves a single ascent, from the policy before.
     """
+
+    @overload
+    def __new__(  # pyright: ignore[reportOverlappingOverload] (`__init__` says what is wrong with other problems)
+        cls,
+        problem: ContinuousProblem,
+        *,
+        hidden: int = ...,
+        batch: int = ...,
+        learning_rate: float = ...,
+        noise: float = ...,
+        expert_steps: int = ...,
+        solver_steps: int = ...,
+        settling_steps: int = ...,
+        inner_steps: int = ...,
+        first_inner_steps: int = ...,
+        inner_step_size: float = ...,
+        regularisation: float = ...,
+        remembered: int = ...,
+        compared: int = ...,
+        cloning_steps: int = ...,
+        model_response_steps: int = ...,
+        model_rate: float = ...,
+    ) -> ContinuousGSIIRL: ...
+
+    @overload
+    def __new__(cls, problem: object, **settings: Any) -> Self: ...
+
+    def __new__(cls, *arguments: Any, **settings: Any) -> Any:
+        """A learner of the kind that the problem is of."""
+        problem = arguments[0] if arguments else settings.get("problem")
+        if isinstance(problem, ContinuousProblem):
+            return ContinuousGSIIRL(*arguments, **settings)
+        return super().__new__(cls)
 
     def __init__(
         self,

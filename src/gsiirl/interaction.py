@@ -22,7 +22,8 @@ import rich.progress
 from jaxtyping import Array, Float, Key, PRNGKeyArray, PyTree
 
 from gsiirl.compilation import QUICKLY
-from gsiirl.types import Interaction, Trajectories
+from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.types import Interaction, Trajectories, Transition
 
 State = TypeVar("State")
 Habits = TypeVar("Habits")
@@ -96,6 +97,15 @@ class Demonstrator(Protocol):
         ...
 
 
+@runtime_checkable
+class ContinuousDemonstrator(Protocol):
+    """Any expert of a continuous game that is no class of the library."""
+
+    def demonstrate(self, learner_policy: PolicyNetwork, number: int, key: PRNGKeyArray) -> Transition:
+        """`number` episodes against `learner_policy`, a function of (what the learner observes, t/T); axes (d, T)."""
+        ...
+
+
 def interact(
     learner: AbstractLearner[State],
     expert: AbstractExpert[Habits],
@@ -145,12 +155,12 @@ class Round(NamedTuple):
     """One round of several seeds: everything has a leading axis of seeds."""
 
     states: Any
-    policies: Array
+    policies: Any
 
 
 def live(
     learner: AbstractLearner[Any],
-    expert: AbstractExpert[Any] | Demonstrator,
+    expert: AbstractExpert[Any] | Demonstrator | ContinuousDemonstrator,
     keys: Key[Array, "..."],
     iterations: int,
     trajectories: int,
@@ -176,18 +186,26 @@ def live(
 
 
 def _asked(
-    learner: AbstractLearner[Any], expert: Demonstrator, states: Any, trajectories: int, keys: Key[Array, "..."]
+    learner: AbstractLearner[Any],
+    expert: Demonstrator | ContinuousDemonstrator,
+    states: Any,
+    trajectories: int,
+    keys: Key[Array, "..."],
 ) -> Interaction:
     """What an expert that JAX cannot trace answers in one round."""
 
-    def answers(policies: Array) -> Trajectories:
-        each = [expert.demonstrate(policy, trajectories, key) for policy, key in zip(policies, keys[:, 0], strict=True)]
+    def answers(policies: PyTree) -> Any:
+        each = [
+            expert.demonstrate(jax.tree.map(lambda leaf: leaf[place], policies), trajectories, key)  # noqa: B023
+            for place, key in enumerate(keys[:, 0])
+        ]
         return jax.tree.map(lambda *leaves: jnp.stack(leaves), *each)
 
     policies, probes = _proposals(learner, states, keys)
     if probes is None:
         return Interaction(policies, answers(policies))
-    probed = [answers(probes[:, number]) for number in range(probes.shape[1])]
+    number = jax.tree.leaves(probes)[0].shape[1]
+    probed = [answers(jax.tree.map(lambda leaf: leaf[:, place], probes)) for place in range(number)]  # noqa: B023
     return Interaction(policies, answers(policies), jax.tree.map(lambda *leaves: jnp.stack(leaves, axis=1), *probed))
 
 
@@ -225,8 +243,8 @@ def _meet(
 
 
 @eqx.filter_jit
-def _proposals(learner: AbstractLearner[Any], states: Any, keys: Key[Array, "..."]) -> tuple[Array, Array | None]:
-    def one(state: Any, key: Key[Array, "2"]) -> tuple[Array, Array | None]:
+def _proposals(learner: AbstractLearner[Any], states: Any, keys: Key[Array, "..."]) -> tuple[PyTree, PyTree | None]:
+    def one(state: Any, key: Key[Array, "2"]) -> tuple[PyTree, PyTree | None]:
         probes = learner.probes(state, key[1])
         asked = None if probes is None else jax.vmap(lambda probe: learner.propose(probe).policy)(probes)
         return learner.propose(state).policy, asked

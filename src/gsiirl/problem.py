@@ -2,22 +2,24 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self, overload
 
 import jax
 import numpy as np
-from jaxtyping import Array
 
+from gsiirl.arguments import discount_of, positive
+from gsiirl.continuous_problem import ContinuousProblem
 from gsiirl.errors import InputError
-from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.base import AbstractContinuousGame, AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff, DensePayoff
 from gsiirl.games.tabular import numbers
+from gsiirl.rewards.continuous import AbstractTransitionFeatures, AbstractTransitionReward, TransitionReward
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
 
 
 @dataclass(frozen=True, init=False, repr=False)
 class Problem:
-    """A finite game as the learner sees it.
+    """A finite game as the learner sees it; of a continuous game it makes a `ContinuousProblem`.
 
     Args:
         game: the dynamics.
@@ -47,6 +49,30 @@ class Problem:
     dependent_features: AbstractFeatures
     expert_names: Sequence[str]
     dependent_names: Sequence[str]
+
+    @overload
+    def __new__(
+        cls,
+        game: AbstractContinuousGame[Any],
+        own_reward: TransitionReward | None = ...,
+        dependent_value: TransitionReward | None = ...,
+        *,
+        discount: float = ...,
+        expert_features: AbstractTransitionFeatures | AbstractTransitionReward,
+        dependent_features: AbstractTransitionFeatures | None = ...,
+        expert_scale: float | None = ...,
+        dependent_scale: float | None = ...,
+    ) -> ContinuousProblem: ...
+
+    @overload
+    def __new__(cls, game: object, *arguments: Any, **settings: Any) -> Self: ...
+
+    def __new__(cls, *arguments: Any, **settings: Any) -> Any:
+        """A problem of the kind that the game is of."""
+        game = arguments[0] if arguments else settings.get("game")
+        if isinstance(game, AbstractContinuousGame):
+            return ContinuousProblem(*arguments, **settings)
+        return super().__new__(cls)
 
     def __init__(
         self,
@@ -222,29 +248,3 @@ def features_of(
         twice = next(name for name in given if given.count(name) > 1)
         raise InputError(names_argument, f"holds {twice!r} twice", "give every feature a name of its own")
     return TabularFeatures(table=table, names=()), given
-
-
-def positive(argument: str, value: object) -> float:
-    """`value` as a finite number above 0.
-
-    Raises:
-        InputError: it is none.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number | np.ndarray | Array):
-        raise InputError(argument, f"cannot be {value!r}", "give a number above 0")
-    number = np.asarray(value)
-    if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or number <= 0:
-        raise InputError(argument, f"cannot be {value!r}", "give a finite number above 0")
-    return float(number)
-
-
-def discount_of(value: object) -> float:
-    """γ in (0, 1].
-
-    Raises:
-        InputError: it is not.
-    """
-    number = positive("discount", value)
-    if number > 1.0:
-        raise InputError("discount", f"cannot be {value!r}", "give a number above 0 and at most 1")
-    return number

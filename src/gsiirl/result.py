@@ -11,12 +11,14 @@ import jax
 import numpy as np
 import polars
 
+from gsiirl.arguments import positive
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import Evaluation, evaluate
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.games.tabular import TabularGame
-from gsiirl.problem import Problem, StateActionNames, joint_payoff, positive
+from gsiirl.problem import Problem, StateActionNames, joint_payoff
+from gsiirl.results import AbstractResults
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
 from gsiirl.runs.files.array_file import write_arrays
 from gsiirl.runs.files.json_file import FORMAT_VERSION, versioned, write_json
@@ -229,43 +231,12 @@ class Result:
             raise InputError("folder", f"{path} cannot be written ({error.strerror})", "use another folder") from error
 
 
-class Results(Sequence[Result]):
-    """The results of several seeds, as a list of them."""
-
-    def __init__(self, results: Sequence[Result]) -> None:
-        self._results = list(results)
-
-    def __getitem__(self, index: Any) -> Any:
-        return self._results[index]
-
-    def __len__(self) -> int:
-        return len(self._results)
-
-    def __repr__(self) -> str:
-        seeds = [each.seed for each in self._results]
-        return f"Results({self._results[0].problem!r}, seeds {seeds[0]} to {seeds[-1]})"
-
-    @property
-    def mean(self) -> dict[str, float]:
-        """Mean over seeds of every weight of the expert's reward."""
-        weights = np.mean([each.expert_reward.weights for each in self._results], axis=0)
-        return dict(zip(self._results[0].expert_reward, weights.tolist(), strict=True))
-
-    @property
-    def spread(self) -> dict[str, float]:
-        """Standard deviation over seeds (n − 1) of every weight of the expert's reward."""
-        every = [each.expert_reward.weights for each in self._results]
-        spread = np.std(every, axis=0, ddof=1) if len(every) > 1 else np.zeros_like(every[0])
-        return dict(zip(self._results[0].expert_reward, spread.tolist(), strict=True))
+class Results(AbstractResults[Result]):
+    """The results of several seeds of a finite game, as a list of them."""
 
     def evaluate(self, expert_reward: object, temperature: float | None = None) -> polars.DataFrame:
         """`Result.evaluate` of every seed, a row each."""
-        rows = []
-        for each in self._results:
-            evaluation = each.evaluate(expert_reward, temperature)
-            numbers = {name: value for name, value in evaluation.items() if isinstance(value, float)}
-            rows.append({"seed": each.seed, **numbers})
-        return polars.DataFrame(rows)
+        return self._table(each.evaluate(expert_reward, temperature) for each in self)
 
 
 def check_shapes(result: Result, path: Path) -> None:

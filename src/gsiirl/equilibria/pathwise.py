@@ -11,6 +11,7 @@ less than all of it, so that a side that must not be seen through (the agents of
 always is.
 """
 
+from functools import cache
 from typing import Any, Literal
 
 import equinox as eqx
@@ -26,6 +27,8 @@ from gsiirl.rewards.continuous import TransitionReward, mean_return
 from gsiirl.types import Sides, Transition
 
 Side = Literal["learner", "expert"]
+TRAINED_RATE, FOLLOWING_RATE = 0.02, 0.1
+"""The last learning rate, as a share of the first: of a pair that trains once, and of one that follows others."""
 
 
 class Ascent(eqx.Module):
@@ -63,7 +66,7 @@ class Pathwise(eqx.Module):
         hidden: int = 64,
         learning_rate: float = 3e-3,
         decay_steps: int = 1000,
-        last_rate: float = 0.1,
+        last_rate: float = FOLLOWING_RATE,
         expert_steps: int = 2,
         noise: float = 0.0,
     ) -> "Pathwise":
@@ -72,14 +75,10 @@ class Pathwise(eqx.Module):
         The fall takes `decay_steps` steps of the learner, and as long for the expert; gradients are clipped to norm 1.
         The noise falls to nothing along a line in the second half of these steps.
         """
-
-        def adam(steps: int) -> optax.GradientTransformation:
-            rate = optax.cosine_decay_schedule(learning_rate, steps, last_rate)
-            return optax.chain(optax.clip_by_global_norm(1.0), optax.adam(rate))
-
-        optimiser = Sides(adam(decay_steps), adam(decay_steps * expert_steps))
-        half = max(decay_steps // 2, 1)
-        falling = optax.linear_schedule(noise, 0.0, half, half) if noise else None
+        optimiser = Sides(
+            _adam(learning_rate, decay_steps, last_rate), _adam(learning_rate, decay_steps * expert_steps, last_rate)
+        )
+        falling = _falling(noise, max(decay_steps // 2, 1)) if noise else None
         return cls(game, discount, batch, hidden, optimiser, expert_steps, falling)
 
     def init(self, key: PRNGKeyArray) -> Sides[Ascent]:
@@ -210,6 +209,18 @@ class Pathwise(eqx.Module):
     def responded(self, response: Ascent, gradient: PyTree) -> Ascent:
         """One step of the expert along `gradient`."""
         return moved(self.optimiser.expert, response, gradient)
+
+
+# Of the same settings the same object, so that a solver made anew compiles nothing anew.
+@cache
+def _adam(learning_rate: float, steps: int, last_rate: float) -> optax.GradientTransformation:
+    rate = optax.cosine_decay_schedule(learning_rate, steps, last_rate)
+    return optax.chain(optax.clip_by_global_norm(1.0), optax.adam(rate))
+
+
+@cache
+def _falling(noise: float, half: int) -> optax.Schedule:
+    return optax.linear_schedule(noise, 0.0, half, half)
 
 
 def moved(optimiser: optax.GradientTransformation, ascent: Ascent, gradient: PyTree) -> Ascent:

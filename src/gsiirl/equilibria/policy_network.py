@@ -5,6 +5,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from gsiirl.types import AnyArray, Number
+
 _FIRST_ACTIONS = 0.1
 """Scale of the last layer at the start: first actions are small, where the outer tanh is not saturated."""
 
@@ -29,12 +31,12 @@ class PolicyNetwork(eqx.Module):
         layers[-1] = jax.tree.map(lambda leaf: _FIRST_ACTIONS * leaf, layers[-1])
         return cls(tuple(layers))
 
-    def __call__(self, observation: Float[Array, " o"], time: Float[Array, ""]) -> Float[Array, " A"]:
+    def __call__(self, observation: Float[AnyArray, " o"], time: Number) -> Float[Array, " A"]:
         return jnp.tanh(self.intention(observation, time))
 
-    def intention(self, observation: Float[Array, " o"], time: Float[Array, ""]) -> Float[Array, " A"]:
+    def intention(self, observation: Float[AnyArray, " o"], time: Number) -> Float[Array, " A"]:
         """The action before the outer tanh."""
-        value = jnp.concatenate([observation, time[None]])
+        value = jnp.concatenate([observation, jnp.asarray(time, observation.dtype)[None]])
         for layer in self.layers[:-1]:
             value = jnp.tanh(layer(value))
         return self.layers[-1](value)

@@ -21,8 +21,28 @@ LAST = 10
 """Iterations at the end of a run whose play is averaged."""
 
 
-@dataclass(frozen=True)
-class Evaluation(Mapping[str, Any]):
+@dataclass(frozen=True, repr=False)
+class AbstractEvaluation(Mapping[str, Any]):
+    """A record of numbers that is also a mapping of their names."""
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in set(self):
+            raise KeyError(name)
+        return getattr(self, name)
+
+    def __iter__(self) -> Iterator[str]:
+        return (each.name for each in fields(self))
+
+    def __len__(self) -> int:
+        return len(fields(self))
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name}={self[name]:.4g}" for name in self if isinstance(self[name], float))
+        return f"{type(self).__name__}({numbers})"
+
+
+@dataclass(frozen=True, repr=False)
+class Evaluation(AbstractEvaluation):
     """The learner's returns against the true expert; discounted, and under `undiscounted` without discount.
 
     `deployed` is what the result's policy earns, `played` what the policies of the last ten iterations earned while
@@ -45,21 +65,6 @@ class Evaluation(Mapping[str, Any]):
     sharp_marl_converged: bool
     undiscounted: dict[str, float]
     ceiling_policy: np.ndarray
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in set(self):
-            raise KeyError(name)
-        return getattr(self, name)
-
-    def __iter__(self) -> Iterator[str]:
-        return (each.name for each in fields(self))
-
-    def __len__(self) -> int:
-        return len(fields(self))
-
-    def __repr__(self) -> str:
-        numbers = ", ".join(f"{name}={self[name]:.4g}" for name in self if isinstance(self[name], float))
-        return f"Evaluation({numbers})"
 
 
 def evaluate(

@@ -1,6 +1,7 @@
 """The lower level: projected gradient steps on θ_e (Algorithm 1, lines 5-8)."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import equinox as eqx
@@ -63,6 +64,7 @@ def across(gradient: Float[Array, " m"], parameters: Float[Array, " m"]) -> Floa
     return gradient - jnp.vdot(gradient, parameters) / jnp.vdot(parameters, parameters) * parameters
 
 
+@cache
 def constant_steps(number: int, first: int | None = None) -> Steps:
     """As many inner steps in every outer iteration, or `first` in the first one."""
     if first is None:

@@ -20,13 +20,13 @@ def judge_of(steps: int) -> Judge:
 def test_a_best_response_goes_on_from_the_habit_that_is_worth_most():
     with jax.enable_x64(False):
         key = jax.random.key(0)
-        judge, untrained = judge_of(steps=4), policies_of(judge_of(4).trainer.init(key))
-        trained = jax.jit(lambda: judge_of(100).best_response(untrained.learner, (), key))()
+        judge, untrained = judge_of(steps=4), policies_of(judge_of(4).true.trainer.init(key))
+        trained = jax.jit(lambda: judge_of(100).true.best_response(untrained.learner, (), key))()
         habits = (trained, untrained.expert)
-        found = jax.jit(lambda: judge.best_response(untrained.learner, habits, jax.random.key(1)))()
+        found = jax.jit(lambda: judge.true.best_response(untrained.learner, habits, jax.random.key(1)))()
 
         def worth(policy):
-            return float(judge.returns(judge.episodes(Sides(untrained.learner, policy))).expert)
+            return float(judge.true.returns(judge.true.episodes(Sides(untrained.learner, policy))).expert)
 
         # Four steps from scratch do not come near; from the trained habit they lose next to nothing.
         assert worth(found) > worth(trained) - 0.1 * (worth(trained) - worth(untrained.expert))
@@ -36,12 +36,12 @@ def test_a_best_response_goes_on_from_the_habit_that_is_worth_most():
 def test_what_is_deployed_is_measured_on_the_deployed_pair_and_the_model_on_the_modelled_one():
     with jax.enable_x64(False):
         judge = judge_of(4)
-        one, other = (policies_of(judge.trainer.init(jax.random.key(seed))) for seed in (0, 1))
+        one, other = (policies_of(judge.true.trainer.init(jax.random.key(seed))) for seed in (0, 1))
         record, _, _ = jax.jit(judge.play)(one, other)
         for name, policies in (("model", one), ("deployed", other)):
             # Robot and human step by step from the same starts, and paid by their true rewards.
-            episodes = judge.episodes(policies)
-            for side, reward in (("learner", judge.problem.true_rewards.learner), ("expert", human_reward)):
+            episodes = judge.true.episodes(policies)
+            for side, reward in (("learner", judge.true.rewards.learner), ("expert", human_reward)):
                 paid = jax.vmap(jax.vmap(reward))(episodes)
                 expected = float(paid.sum(axis=1).mean())
                 assert float(record[f"{name}_return_{side}"]) == pytest.approx(expected, abs=1e-4)
@@ -54,6 +54,6 @@ def test_a_random_learner_is_met_by_an_expert_that_has_answered_it():
     with jax.enable_x64(False):
         judge, key = judge_of(60), jax.random.key(3)
         record = jax.jit(judge.random)(key)
-        untrained = policies_of(judge.trainer.init(key))
-        unanswered = float(judge.returns(judge.episodes(untrained)).expert)
+        untrained = policies_of(judge.true.trainer.init(key))
+        unanswered = float(judge.true.returns(judge.true.episodes(untrained)).expert)
         assert float(record["random_return_expert"]) > unanswered + 0.1

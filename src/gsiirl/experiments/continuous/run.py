@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -11,39 +12,28 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
 from gsiirl.baselines.maddpg import Maddpg, MaddpgState
 from gsiirl.continuous_expert import ContinuousRespondingExpert, Habits
-from gsiirl.continuous_learner import ContinuousGSIIRL, ContinuousState, GradientSteps
-from gsiirl.equilibria.pathwise import Ascent, policies_of
+from gsiirl.continuous_learner import ContinuousLearner, ContinuousState, GradientSteps
+from gsiirl.continuous_problem import ContinuousProblem
+from gsiirl.equilibria.pathwise import FOLLOWING_RATE, Ascent, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of
 from gsiirl.experiments.continuous.config import ContinuousConfig
+from gsiirl.experiments.continuous.experiment import ContinuousExperiment, front_door_of
 from gsiirl.experiments.continuous.judge import Judge
-from gsiirl.experiments.continuous.problem import ContinuousProblem
-from gsiirl.experiments.continuous.solvers import (
-    FOLLOWING_RATE,
-    TRAINED_RATE,
-    model_responder_of,
-    responder_of,
-    solver_of,
-)
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.hypergradients import SPSA
 from gsiirl.interaction import Meeting, interact
-from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
+from gsiirl.irl.maximum_likelihood import MaximumLikelihood, growing_steps
 from gsiirl.rewards.continuous import (
     AbstractTransitionFeatures,
     AbstractTransitionReward,
     LinearTransitionReward,
     NetworkReward,
-    TransitionReward,
 )
 from gsiirl.types import Sides
 
 CHUNK = 2
-SMALL_GAP = 0.1
-"""A gap of features, below which steps of the lower level are damped."""
-HALVED_AFTER = 8.0
-"""Iterations after which the lower level's first step is halved."""
 TRAINING_CHUNK = 50
 """Solver steps in one iteration of `marl`."""
 MADDPG_CHUNK = 20
@@ -59,16 +49,16 @@ def learnable_reward(
     return LinearTransitionReward(features=features, scale=scale)
 
 
-def prepare_continuous(config: ContinuousConfig, problem: ContinuousProblem) -> PreparedRun:
-    """The run of a resolved configuration on its problem."""
-    judge = Judge(config, problem)
+def prepare_continuous(config: ContinuousConfig, experiment: ContinuousExperiment) -> PreparedRun:
+    """The run of a resolved configuration."""
+    judge, problem = Judge(config, experiment), experiment.problem
     rewards: dict[str, AbstractTransitionReward] = {"expert_reward": problem.expert_reward}
     rewards |= dict.fromkeys(("dependent_reward", "commitment"), problem.dependent_reward)
     chunk = MADDPG_CHUNK if config.solver == "maddpg" else TRAINING_CHUNK
     training = math.ceil((config.maddpg_episodes if config.solver == "maddpg" else config.training_steps) / chunk)
     return PreparedRun(
-        game=problem.description,
-        algorithm=_ALGORITHMS[config.algorithm](config, problem, judge),
+        game=experiment.description,
+        algorithm=_ALGORITHMS[config.algorithm](config, experiment, judge),
         iterations=training if config.algorithm == "marl" else config.iterations,
         chunk=CHUNK,
         references=judge.random_alone if config.algorithm == "marl" else judge.references,
@@ -76,9 +66,10 @@ def prepare_continuous(config: ContinuousConfig, problem: ContinuousProblem) -> 
     )
 
 
-def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
-    learner = learner_of(config, problem)
-    expert = expert_of(config, problem)
+def _gsiirl(config: ContinuousConfig, experiment: ContinuousExperiment, judge: Judge) -> Algorithm:
+    problem = experiment.problem
+    learner, front_door = learner_of(config, problem), front_door_of(config, problem)
+    expert = expert_of(config, experiment)
 
     def observe(
         state: ContinuousState, model: Sides[PolicyNetwork], played: PolicyNetwork, answer: PolicyNetwork
@@ -107,8 +98,8 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
         state, habits = carry
         settle_key, response_key = jax.random.split(key)
         rewards = learner.rewards(state.commitment, state.expert_parameters)
-        model = _settled(config, problem, state.solution, rewards, settle_key)
-        answer = judge.best_response(model.learner, (habits.policy, model.expert), response_key)
+        model = front_door.settled(state.solution, rewards, settle_key)
+        answer = judge.true.best_response(model.learner, (habits.policy, model.expert), response_key)
         learned = {
             "expert_reward": state.expert_parameters,
             "dependent_reward": learner.fitted_dependent_reward(state),
@@ -118,89 +109,57 @@ def _gsiirl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
             observe(state, model, model.learner, answer) | {"exploring": jnp.zeros((), jnp.float32)},
             judge.paths(Sides(model.learner, answer)),
             learned,
-            problem.reward_map(state.expert_parameters),
+            experiment.reward_map(state.expert_parameters),
             weights_of(learner=model.learner, expert=model.expert, response=answer),
         )
 
     return Algorithm(init, advance, finish)
 
 
-def _settled(
-    config: ContinuousConfig,
-    problem: ContinuousProblem,
-    solution: Sides[Ascent],
-    rewards: Sides[TransitionReward],
-    key: PRNGKeyArray,
-) -> Sides[PolicyNetwork]:
-    """The pair that a learner ends with: its forward model, trained on under the last rewards as MARL trains.
-
-    In the iterations it follows rewards that move; it settles as its rate and the noise fall under rewards that stay.
-    """
-    trainer = solver_of(config, problem, config.settling_steps, TRAINED_RATE)
-    return trainer.settle(policies_of(solution), rewards, key, config.settling_steps)
-
-
-def expert_of(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousRespondingExpert:
+def expert_of(config: ContinuousConfig, experiment: ContinuousExperiment) -> ContinuousRespondingExpert:
     """The real expert, which never stops learning: its rate falls over all that it takes part in."""
-    first = config.training_steps // 4
-    steps = first + config.iterations * config.response_steps
     return ContinuousRespondingExpert(
-        responder_of(config, problem, steps, FOLLOWING_RATE), problem.true_expert_reward, config.response_steps, first
+        experiment.problem.game,
+        experiment.true_expert_reward,
+        config.discount,
+        iterations=config.iterations,
+        steps=config.response_steps,
+        first_steps=config.training_steps // 4,
+        batch=config.batch,
+        hidden=config.hidden,
+        learning_rate=config.learning_rate,
     )
 
 
-def learner_of(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
+def learner_of(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousLearner:
     """The learner of `gsiirl`, or of `paper`."""
-    paper = config.algorithm == "paper"
+    learner = front_door_of(config, problem).learner(config.iterations, config.trajectories)
+    if config.algorithm != "paper":
+        return learner
     outer_step = 1.0 / (config.smoothness * max(config.iterations, 1) ** 0.5)
-    return ContinuousGSIIRL(
-        solver=solver_of(config, problem, config.iterations * config.solver_steps, FOLLOWING_RATE),
-        responder=model_responder_of(config, problem),
-        own_reward=problem.own_reward,
-        accessed=problem.dependent_value,
-        dependent_reward=problem.dependent_reward,
-        expert_reward=problem.expert_reward,
-        inner_loop=MaximumLikelihood(
-            1.0,
-            growing_steps if paper else constant_steps(config.inner_steps, config.first_inner_steps),
-            optax.sgd(config.gradient_step_size) if paper else _matching(config),
-            on_sphere=not paper,
-        ),
-        upper=GradientSteps(SPSA("frozen", perturbation=1.0, decay=1.0), optax.sgd(outer_step)) if paper else None,
-        regularisation=config.regularisation,
-        trajectories=config.trajectories,
-        solver_steps=config.solver_steps,
-        model_response_steps=config.model_response_steps,
-        cloning_steps=config.cloning_steps,
-        remembered=1 if paper else config.remembered,
-        compared=min(config.compared, config.trajectories),
-        lower_level="equilibrium" if paper else "played",
+    return replace(
+        learner,
+        inner_loop=MaximumLikelihood(1.0, growing_steps, optax.sgd(config.gradient_step_size)),
+        upper=GradientSteps(SPSA("frozen", perturbation=1.0, decay=1.0), optax.sgd(outer_step)),
+        remembered=1,
+        lower_level="equilibrium",
     )
 
 
-def _matching(config: ContinuousConfig) -> optax.GradientTransformation:
-    """Steps along gaps of features. Adam, but a gap well below `SMALL_GAP` makes a step smaller than a whole one.
-
-    Else the sampling noise of features that already match would move their weights as fast as a real gap. Steps fall to
-    a half over `HALVED_AFTER` iterations; the first iteration has more steps than others, and counts as several.
-    """
-    halved = HALVED_AFTER * config.inner_steps
-    return optax.adam(lambda step: config.inner_step_size / (1.0 + step / halved), b2=0.99, eps=SMALL_GAP)
-
-
-def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
+def _ma_irl(config: ContinuousConfig, experiment: ContinuousExperiment, judge: Judge) -> Algorithm:
     # At least as many solver steps an iteration as GSIIRL's forward model takes, spread over the matching steps.
     between = math.ceil(config.solver_steps / config.inner_steps)
+    problem, front_door = experiment.problem, front_door_of(config, experiment.problem)
     ma_irl = ContinuousMAIRL(
-        solver=solver_of(config, problem, config.iterations * config.inner_steps * between, FOLLOWING_RATE),
+        solver=front_door.solver(config.iterations * config.inner_steps * between, FOLLOWING_RATE),
         own_reward=problem.own_reward,
         rewards=Sides(problem.dependent_reward, problem.expert_reward),
         regularisation=config.regularisation,
         steps=config.inner_steps,
         solver_steps=between,
-        optimiser=_matching(config),
+        optimiser=front_door.matching(),
     )
-    expert = expert_of(config, problem)
+    expert = expert_of(config, experiment)
 
     def observe(state: ContinuousMAIRLState, model: Sides[PolicyNetwork], answer: PolicyNetwork) -> Record:
         record, modelled, real = judge.play(model, Sides(model.learner, answer))
@@ -213,7 +172,7 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
 
     def init(key: PRNGKeyArray) -> PyTree:
         parameter_key, play_key, expert_key = jax.random.split(key, 3)
-        true_play = judge.true_play(play_key)
+        true_play = judge.true.marl(play_key)
         state = ma_irl.init(parameter_key)
         return state, policies_of(true_play), expert.init(expert_key, state.solution.learner.policy)
 
@@ -233,22 +192,22 @@ def _ma_irl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) 
     def finish(carry: PyTree, key: PRNGKeyArray) -> Ending:
         state, _, habits = carry
         settle_key, response_key = jax.random.split(key)
-        model = _settled(config, problem, state.solution, ma_irl.modelled_rewards(state.parameters), settle_key)
-        answer = judge.best_response(model.learner, (habits.policy, model.expert), response_key)
+        model = front_door.settled(state.solution, ma_irl.modelled_rewards(state.parameters), settle_key)
+        answer = judge.true.best_response(model.learner, (habits.policy, model.expert), response_key)
         learned = {"expert_reward": state.parameters.expert, "commitment": state.parameters.learner}
         return Ending(
             observe(state, model, answer),
             judge.paths(Sides(model.learner, answer)),
             learned,
-            problem.reward_map(state.parameters.expert),
+            experiment.reward_map(state.parameters.expert),
             weights_of(learner=model.learner, expert=model.expert, response=answer),
         )
 
     return Algorithm(init, advance, finish)
 
 
-def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) -> Algorithm:
-    init, train, policies_in = _maddpg(problem, config) if config.solver == "maddpg" else _pathwise(judge)
+def _marl(config: ContinuousConfig, experiment: ContinuousExperiment, judge: Judge) -> Algorithm:
+    init, train, policies_in = _maddpg(experiment, config) if config.solver == "maddpg" else _pathwise(judge)
 
     def observe(policies: Sides[PolicyNetwork], response: PolicyNetwork) -> Record:
         record, _, _ = judge.play(policies, Sides(policies.learner, response))
@@ -266,7 +225,7 @@ def _marl(config: ContinuousConfig, problem: ContinuousProblem, judge: Judge) ->
 
     def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
         policies = policies_in(state)
-        response = judge.best_response(policies.learner, (policies.expert,), key)
+        response = judge.true.best_response(policies.learner, (policies.expert,), key)
         return Ending(
             observe(policies, response) | judge.exploitability(policies, response, key),
             judge.paths(Sides(policies.learner, response)),
@@ -288,20 +247,20 @@ Training = tuple[
 
 def _pathwise(judge: Judge) -> Training:
     def train(state: Sides[Ascent], key: PRNGKeyArray) -> Sides[Ascent]:
-        return judge.trainer.ascend(state, judge.problem.true_rewards, key, TRAINING_CHUNK)[0]
+        return judge.true.trainer.ascend(state, judge.true.rewards, key, TRAINING_CHUNK)[0]
 
-    return judge.trainer.init, train, policies_of
+    return judge.true.trainer.init, train, policies_of
 
 
-def _maddpg(problem: ContinuousProblem, config: ContinuousConfig) -> Training:
-    solver = Maddpg(problem.game, config.discount, config.hidden)
+def _maddpg(experiment: ContinuousExperiment, config: ContinuousConfig) -> Training:
+    solver = Maddpg(experiment.problem.game, config.discount, config.hidden)
 
     def init(key: PRNGKeyArray) -> MaddpgState:
         # The replay is filled before the first update.
-        return solver.train(problem.true_rewards, key, 0)
+        return solver.train(experiment.true_rewards, key, 0)
 
     def train(state: MaddpgState, key: PRNGKeyArray) -> MaddpgState:
-        return solver.go_on(state, problem.true_rewards, key, MADDPG_CHUNK)
+        return solver.go_on(state, experiment.true_rewards, key, MADDPG_CHUNK)
 
     return init, train, lambda state: state.policies
 

@@ -6,13 +6,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from gsiirl.experiments.continuous.problem import ContinuousProblem
+from gsiirl.continuous_problem import ContinuousProblem
+from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.continuous.run import learnable_reward, prepare_continuous
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.prepared_run import PreparedRun, Record
 from gsiirl.games.crossing import HUMAN_START, ROBOT_START, Crossing, CrossingState
 from gsiirl.rewards import crossing as rewards
-from gsiirl.rewards.continuous import LinearTransitionReward
 from gsiirl.types import Sides, Transition
 
 ARENA = 0.8
@@ -28,8 +28,8 @@ def prepare(config: CrossingConfig, saved_game: Path | None = None) -> PreparedR
     return prepare_continuous(config, build(config))
 
 
-def build(config: CrossingConfig) -> ContinuousProblem:
-    """The problem of a resolved configuration."""
+def build(config: CrossingConfig) -> ContinuousExperiment:
+    """The experiment of a resolved configuration."""
     expert_reward = learnable_reward(config, rewards.HumanFeatures(), EXPERT_SCALE)
 
     def reward_at(parameters: Array, place: Array) -> Array:
@@ -49,7 +49,7 @@ def build(config: CrossingConfig) -> ContinuousProblem:
             "true": jax.vmap(lambda place: rewards.human_reward(standing_at(place)))(places),
         }
 
-    return ContinuousProblem(
+    return ContinuousExperiment(
         description={
             "kind": "crossing",
             "name": "crossing",
@@ -64,12 +64,16 @@ def build(config: CrossingConfig) -> ContinuousProblem:
             "human_start": HUMAN_START,
             "arena": ((-ARENA, ARENA), (-ARENA, ARENA)),
         },
-        game=Crossing(config.horizon),
-        own_reward=rewards.own_reward,
-        dependent_value=rewards.dependent_reward,
+        problem=ContinuousProblem(
+            Crossing(config.horizon),
+            own_reward=rewards.own_reward,
+            dependent_value=rewards.dependent_reward,
+            discount=config.discount,
+            expert_features=expert_reward,
+            dependent_features=rewards.RobotFeatures(),
+            dependent_scale=DEPENDENT_SCALE,
+        ),
         true_expert_reward=rewards.human_reward,
-        dependent_reward=LinearTransitionReward(features=rewards.RobotFeatures(), scale=DEPENDENT_SCALE),
-        expert_reward=expert_reward,
         anywhere=anywhere,
         judge_episodes=judge_episodes,
         judge_reward=judge_reward,

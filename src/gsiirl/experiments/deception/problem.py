@@ -6,13 +6,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.experiments.continuous.problem import ContinuousProblem
+from gsiirl.continuous_problem import ContinuousProblem
+from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.continuous.run import learnable_reward, prepare_continuous
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.prepared_run import PreparedRun, Record
 from gsiirl.games.deception import Deception, DeceptionState
 from gsiirl.rewards import deception as rewards
-from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward
+from gsiirl.rewards.continuous import AbstractTransitionReward
 from gsiirl.types import Sides, Transition
 
 SCALE = 3.0
@@ -24,8 +25,8 @@ def prepare(config: DeceptionConfig, saved_game: Path | None = None) -> Prepared
     return prepare_continuous(config, build(config))
 
 
-def build(config: DeceptionConfig) -> ContinuousProblem:
-    """The problem of a resolved configuration."""
+def build(config: DeceptionConfig) -> ContinuousExperiment:
+    """The experiment of a resolved configuration."""
     separate = config.variant == "separate_target"
     game = Deception(config.horizon, separate)
     features = rewards.AdversaryDistances(sign=-1.0)
@@ -41,7 +42,7 @@ def build(config: DeceptionConfig) -> ContinuousProblem:
         return Transition(state, still, state)
 
     weights = dict.fromkeys(features.names, 0.0) | {features.names[int(separate)]: 1.0}
-    return ContinuousProblem(
+    return ContinuousExperiment(
         description={
             "kind": "deception",
             "name": "physical deception",
@@ -49,12 +50,16 @@ def build(config: DeceptionConfig) -> ContinuousProblem:
             "horizon": config.horizon,
             "truth": {"expert_reward": weights},
         },
-        game=game,
-        own_reward=rewards.own_reward,
-        dependent_value=rewards.dependent_reward,
+        problem=ContinuousProblem(
+            game,
+            own_reward=rewards.own_reward,
+            dependent_value=rewards.dependent_reward,
+            discount=config.discount,
+            expert_features=expert_reward,
+            dependent_features=rewards.AdversaryDistances(sign=1.0),
+            dependent_scale=SCALE,
+        ),
         true_expert_reward=rewards.adversary_reward,
-        dependent_reward=LinearTransitionReward(features=rewards.AdversaryDistances(sign=1.0), scale=SCALE),
-        expert_reward=expert_reward,
         anywhere=anywhere,
         judge_episodes=lambda episodes: {},
         judge_reward=judge_reward,

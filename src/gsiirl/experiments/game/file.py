@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from gsiirl.arguments import positive
 from gsiirl.errors import InputError
 from gsiirl.expert import RespondingExpert
 from gsiirl.games.tabular import TabularGame
-from gsiirl.problem import Problem, joint_payoff, positive
+from gsiirl.problem import Problem, joint_payoff
 from gsiirl.result import problem_arrays, problem_from, problem_settings
 
 FIELD = "FILE"

@@ -1,34 +1,29 @@
-"""What the runs of continuous games are made of: the game, both rewards, what may be learned, and how to judge it."""
+"""What the runs of continuous games are made of: what the learner is told, the truth, and how to judge by it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from jaxtyping import Array, PRNGKeyArray
 
+from gsiirl.continuous_fit import ContinuousGSIIRL
+from gsiirl.continuous_problem import ContinuousProblem
+from gsiirl.experiments.continuous.config import ContinuousConfig
 from gsiirl.experiments.prepared_run import Record
-from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward, TransitionReward
+from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import Sides, Transition
 
 
 @dataclass(frozen=True)
-class ContinuousProblem:
+class ContinuousExperiment:
     """One continuous experiment; the true expert reward goes to the expert and to what judges, and nowhere else."""
 
     description: dict[str, Any]
     """Content of `game.json`."""
-    game: AbstractContinuousGame
-    own_reward: TransitionReward
-    """r_li."""
-    dependent_value: TransitionReward
-    """r_ld, to be read where the learner has been."""
+    problem: ContinuousProblem
+    """What the learner is told."""
     true_expert_reward: TransitionReward
     """r_e."""
-    dependent_reward: LinearTransitionReward
-    """r_ld^θ."""
-    expert_reward: AbstractTransitionReward
-    """r_e^θ."""
     anywhere: Callable[[PRNGKeyArray], Transition]
     """A random transition of the game, over which learned and true rewards are correlated."""
     judge_episodes: Callable[[Transition], Record]
@@ -43,4 +38,10 @@ class ContinuousProblem:
     @property
     def true_rewards(self) -> Sides[TransitionReward]:
         """r_ld + r_li and r_e."""
-        return Sides(lambda seen: self.dependent_value(seen) + self.own_reward(seen), self.true_expert_reward)
+        return self.problem.true_rewards(self.true_expert_reward)
+
+
+def front_door_of(config: ContinuousConfig, problem: ContinuousProblem) -> ContinuousGSIIRL:
+    """`GSIIRL(problem)` with the settings of a configuration."""
+    settings = {each.name: getattr(config, each.name) for each in fields(ContinuousGSIIRL) if each.kw_only}
+    return ContinuousGSIIRL(problem, **settings)

@@ -1,0 +1,89 @@
+"""What policies of a continuous game earn under both true rewards, and what the true expert answers them."""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, PRNGKeyArray
+
+from gsiirl.equilibria.pathwise import Ascent, Pathwise, Side, joint, policies_of
+from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.games.rollout import episodes_from, initial_states
+from gsiirl.rewards.continuous import TransitionReward, mean_return
+from gsiirl.types import Sides, Transition
+
+EVALUATION_KEY = 20261125
+"""Of the initial states that all figures are measured on, and of the transitions that rewards are compared over."""
+STARTS = 3
+"""Policies that every search for a best response starts from: known ones, and random ones for the rest."""
+TRIED = 0.5
+"""Share of a best response's steps that every start takes, before the search goes on with the most promising one."""
+
+
+class TrueReturns:
+    """Returns under both true rewards, and best responses and equilibria that a search with them finds.
+
+    Everything is measured on the same `episodes` initial states; what is chosen by its return, as a best response is,
+    is chosen on as many others. `trainer` moves both sides and `tester` one alone, over `steps` steps each.
+    """
+
+    def __init__(
+        self, rewards: Sides[TransitionReward], trainer: Pathwise, tester: Pathwise, steps: int, episodes: int
+    ) -> None:
+        self.game, self.rewards, self.trainer, self.tester = trainer.game, rewards, trainer, tester
+        self._steps = steps
+        start_key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)[0]
+        self.starts = initial_states(self.game, start_key, episodes)
+        self._others = initial_states(self.game, jax.random.fold_in(start_key, 1), episodes)
+
+    def episodes(self, policies: Sides[PolicyNetwork]) -> Transition:
+        """Episodes of a pair (axes d, T) from the initial states that are measured on."""
+        return episodes_from(self.game, policies, self.starts)
+
+    def returns(self, episodes: Transition, discount: float = 1.0) -> Sides[Array]:
+        """Returns of both sides, means over the episodes."""
+        return jax.tree.map(lambda reward: mean_return(reward, episodes, discount), self.rewards)
+
+    def best_response(
+        self, learner_policy: PolicyNetwork, known: Sequence[PolicyNetwork], key: PRNGKeyArray
+    ) -> PolicyNetwork:
+        """The true expert's best response to a learner's policy, searched for from `known` and from random ones."""
+        return self._best("expert", learner_policy, known, key)
+
+    def best_answer(self, policies: Sides[PolicyNetwork], key: PRNGKeyArray) -> PolicyNetwork:
+        """The learner's best response to the expert's policy, searched for likewise from the learner's."""
+        return self._best("learner", policies.expert, (policies.learner,), key)
+
+    def marl(self, key: PRNGKeyArray) -> Sides[Ascent]:
+        """What MARL comes to with both true rewards."""
+        start_key, ascent_key = jax.random.split(key)
+        return self.trainer.ascend(self.trainer.init(start_key), self.rewards, ascent_key, self._steps)[0]
+
+    def untrained(self, key: PRNGKeyArray) -> Sides[PolicyNetwork]:
+        """An untrained learner, and the true expert that has trained against it."""
+        learner_policy = policies_of(self.tester.init(key)).learner
+        return Sides(learner_policy, self.best_response(learner_policy, (), key))
+
+    def _best(
+        self, side: Side, other: PolicyNetwork, known: Sequence[PolicyNetwork], key: PRNGKeyArray
+    ) -> PolicyNetwork:
+        """What all steps lead to from whichever start is worth most after the first `TRIED` of them."""
+        reward: TransitionReward = getattr(self.rewards, side)
+
+        def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
+            return self.tester.climb(side, other, reward, start, key, steps)
+
+        def worth(policy: PolicyNetwork) -> Array:
+            episodes = episodes_from(self.game, joint(side, policy, other), self._others)
+            return getattr(self.returns(episodes), side)
+
+        trial_key, rest_key = jax.random.split(key)
+        fresh = [self.tester.init(jax.random.fold_in(key, number)) for number in range(STARTS - len(known))]
+        begun: list[Ascent] = [getattr(each, side) for each in fresh]
+        begun += [Ascent(one, begun[0].optimiser) for one in known]
+        starts = jax.tree.map(lambda *each: jnp.stack(each), *begun)
+        trial = int(TRIED * self._steps)
+        tried = jax.vmap(lambda start: climb(start, trial_key, trial))(starts)
+        best = jnp.argmax(jax.vmap(worth)(tried.policy))
+        promising = jax.tree.map(lambda each: each[best], tried)
+        return climb(promising, rest_key, self._steps - trial).policy
