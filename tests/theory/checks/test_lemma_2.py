@@ -1,8 +1,6 @@
 """The check of Lemma 2 on games small enough for tests, under the model that compiles fast."""
 
-import jax
 import jax.numpy as jnp
-import numpy as np
 import pytest
 
 from gsiirl.theory.checks import lemma_2
@@ -27,17 +25,6 @@ def sphere() -> Measured:
     return Measured(case(true_norm=2.5, regularisation=1e-3))
 
 
-def test_brute_force_differentiates_what_is_solved_anew(inside):
-    at = inside.case
-    solve = jax.jit(lambda theta: at.solved_anew(theta))
-    step = 1e-4
-    direction = jnp.asarray([0.6, -0.3, 0.7])
-    forth, back = (solve(at.commitment + sign * step * direction) for sign in (1.0, -1.0))
-    assert (forth[0] - back[0]) / (2.0 * step) == pytest.approx(float(inside.brute.gradient @ direction), rel=1e-6)
-    moved = (forth[1].parameters - back[1].parameters) / (2.0 * step)
-    assert np.allclose(moved, inside.brute.response @ direction, rtol=1e-5, atol=1e-9)
-
-
 def test_lemma_2_is_the_derivative_inside_and_on_the_sphere(inside, sphere):
     assert not inside.brute.lower.active
     assert sphere.brute.lower.active
@@ -51,16 +38,6 @@ def test_lemma_2_is_the_derivative_inside_and_on_the_sphere(inside, sphere):
         assert at.error(at.estimate(IMPLICIT, frozen=True).value) > 1e-2
         assert at.response_error(frozen=True) > 0.1
     assert sphere.response_error(with_multiplier=False) > 0.01
-
-
-def test_a_part_outside_the_class_is_in_the_demonstrations_and_in_no_feature(inside):
-    outside = case(unexpressed=1.0).game
-    assert np.array_equal(outside.expert_features, inside.case.game.expert_features)
-    assert np.array_equal(
-        outside.true_expert_reward().values, inside.case.game.true_expert_reward().values + outside.unexpressed
-    )
-    assert float(jnp.std(outside.unexpressed)) > 0.5
-    assert not np.any(inside.case.game.unexpressed)
 
 
 def test_asymmetry():

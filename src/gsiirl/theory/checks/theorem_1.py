@@ -10,12 +10,17 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from gsiirl.bilevel import Bilevel
+from gsiirl.equilibria.logit import Logit
+from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.hypergradients import SPSA, AbstractEstimator, BilevelProblem, HessianVectorCG, Implicit
+from gsiirl.rewards import attack_graph as rewards
+from gsiirl.rewards.linear import Linear
 from gsiirl.runs.findings import Finding, Measurement, Panel
-from gsiirl.theory.support.attack_graph import attack_graph_bilevel
+from gsiirl.scenarios import random_network
 from gsiirl.theory.support.curves import curve, fitted_slope, guide
 from gsiirl.theory.support.direct import Direct
-from gsiirl.theory.support.games import RandomProblem, Size
+from gsiirl.theory.support.games import RandomProblem, Size, of_norm
 from gsiirl.theory.support.operations import Operations, count_operations
 from gsiirl.theory.support.printed_forms import printed_problem
 from gsiirl.theory.support.soft_joint_model import SoftJointModel
@@ -33,6 +38,8 @@ ESTIMATORS: dict[str, AbstractEstimator[Any]] = {
 }
 PAPER = (PRINTED_DIRECT, PRINTED_SPSA)
 BOUNDED = (IMPLICIT, PRODUCTS, PERTURBED)
+NODES, EDGES = 8, 10
+"""Of the attack graph."""
 LONG, LONGEST = 64, 512
 """Exponents are fitted over horizons from here on: below, fixed costs show in times."""
 BATCH, ROUNDS, PATIENCE = 0.1, 5, 5.0
@@ -64,6 +71,26 @@ def small_program(name: str, horizon: int) -> Program:
         return hypergradient(problem, ESTIMATORS[name], learner_parameters, expert_parameters)
 
     return jax.jit(program)
+
+
+def attack_graph_bilevel(horizon: int) -> tuple[Bilevel, tuple[Float[Array, " n"], Float[Array, " m"]]]:
+    """Both levels on a random attack graph with all of its 256 states, as a run has them, and a point (θ_l, θ_e)."""
+    network = random_network(0, NODES, EDGES, "general_sum")
+    game = AttackGraph.create(network, horizon, starts=range(2**NODES))
+    commitment, attack = rewards.commitment_features(game), rewards.attack_features(game)
+    scale = 1.5 * len(attack.names) ** 0.5
+    bilevel = Bilevel(
+        game=game,
+        own_reward=rewards.own_reward(game, network),
+        accessed=commitment.payoff(jnp.asarray(rewards.dependent_weights(network))),
+        dependent_reward=Linear(commitment, scale),
+        expert_reward=Linear(attack, scale),
+        forward_model=Logit(0.4),
+        temperature=0.4,
+        discount=0.95,
+    )
+    random = np.random.default_rng(0)
+    return bilevel, (of_norm(random, 0.5, len(commitment.names)), of_norm(random, 0.5, len(attack.names)))
 
 
 def large_program(name: str, horizon: int) -> tuple[Program, tuple[Array, Array]]:
