@@ -30,11 +30,11 @@ import public_games
 import small_games
 
 import gsiirl
-from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria.logit import Logit
 from gsiirl.games import DensePayoff
 from gsiirl.interaction import interact
-from gsiirl.reward_learner import RewardGSIIRL
+from gsiirl.learners.bilevel import Bilevel
+from gsiirl.learners.reward_learner import RewardGSIIRL
 from gsiirl.rewards.linear import IndicatorFeatures, Linear
 
 BOUND = 1.5

@@ -22,7 +22,6 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import chi2
 
-from gsiirl.continuous_learner import Lived
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.continuous.run import expert_of, learner_of
@@ -31,6 +30,7 @@ from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception import problem as deception_problem
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.games.rollout import episodes_from, initial_states
+from gsiirl.learners.continuous_learner import Lived
 from gsiirl.types import Sides
 
 PLACES = 4000

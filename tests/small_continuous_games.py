@@ -9,10 +9,10 @@ import numpy as np
 import polars
 
 import gsiirl
-from gsiirl.continuous_fit import ContinuousGSIIRL
-from gsiirl.continuous_problem import ContinuousProblem, single_precision
-from gsiirl.continuous_result import ContinuousResult, LearnedTransitionReward
+from gsiirl.front_door.continuous_fit import ContinuousGSIIRL
+from gsiirl.front_door.continuous_result import ContinuousResult, LearnedTransitionReward
 from gsiirl.games import AbstractContinuousGame
+from gsiirl.problems.continuous_problem import ContinuousProblem, single_precision
 from gsiirl.rewards.continuous import AbstractTransitionFeatures
 from gsiirl.types import Sides, Transition
 

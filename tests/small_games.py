@@ -10,8 +10,8 @@ import polars
 from commitment_oracle import FiniteGame, Floats, response
 
 from gsiirl import Problem, RespondingExpert
+from gsiirl.front_door.result import Result
 from gsiirl.games import TabularGame
-from gsiirl.result import Result
 
 STATES, LEARNER, EXPERT, HORIZON = 3, 2, 3, 3
 JOINT = (STATES, LEARNER, EXPERT)

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,25 +13,17 @@ import gsiirl
 
 PACKAGE = Path(gsiirl.__file__).parent
 
-LEARNERS = {
-    "bilevel",
-    "interaction",
-    "expert",
-    "learner",
-    "reward_learner",
-    "continuous_expert",
-    "continuous_learner",
-}
+LEARNERS = {"interaction", "learners", "experts"}
 
 LAYERS = [
-    {"types", "arguments"},
+    {"types"},
     {"games", "rewards"},
     {"equilibria"},
-    {"irl", "continuous_problem", "problem"},
+    {"irl", "problems"},
     {"commitment"},
     LEARNERS,
     {"baselines", "evaluation"},
-    {"results", "continuous_result", "result", "continuous_fit", "fit"},
+    {"front_door"},
     {"theory"},
     {"experiments"},
     {"cli"},
@@ -42,10 +35,10 @@ STANDALONE = {"hypergradients", "scenarios", "adapters", "runs", "report"}
 """Parts that import none of the layers."""
 
 READERS = {
-    "hypergradients": {"bilevel", "reward_learner", "continuous_learner", "theory", "experiments"},
+    "hypergradients": {"learners", "theory", "experiments"},
     "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
     "adapters": {"experiments", "cli"},
-    "runs": {"result", "report", "theory", "experiments", "cli"},
+    "runs": {"front_door", "report", "theory", "experiments", "cli"},
     "report": {"cli"},
 }
 """Who may import a standalone part."""
@@ -54,13 +47,13 @@ COMMANDS = {"gsiirl.experiments.commands", "gsiirl.theory.commands"}
 """The command line's, wherever they stand: they may import what `cli` may."""
 
 SIBLINGS = [
-    LEARNERS | {"continuous_fit", "continuous_result", "fit", "result"},
+    LEARNERS | {"front_door"},
     {"baselines"},
     {"evaluation"},
 ]
 """Learners, what they are compared with, and how they are judged: none of these imports another."""
 
-FRONT_DOOR = {(each, "evaluation") for each in ("fit", "result", "continuous_fit", "continuous_result")}
+FRONT_DOOR = {("front_door", "evaluation")}
 """A result is judged by `result.evaluate`, so that a user needs no other import."""
 
 EVERYWHERE = {"compilation", "errors", "program_cache", "_version"}
@@ -144,6 +137,13 @@ def is_allowed(importer: str, imported: str) -> bool:
     return lower is not None and upper is not None and lower <= upper
 
 
+def test_no_folder_holds_more_than_twelve_modules_and_no_module_has_more_than_400_lines():
+    folders = Counter(path.parent for path in PACKAGE.rglob("*.py"))
+    assert {folder.name: number for folder, number in folders.items() if number > 12} == {}
+    lines = {path.name: len(path.read_text().splitlines()) for path in PACKAGE.rglob("*.py")}
+    assert {name: number for name, number in lines.items() if number > 400} == {}
+
+
 @pytest.mark.parametrize(("module", "path"), list(modules()))
 def test_imports_run_one_way(module: str, path: Path):
     part = part_of(module)
@@ -167,9 +167,9 @@ def test_a_forbidden_import_is_seen():
     assert not is_allowed("games", "irl")
     assert not is_allowed("report", "games")
     assert not is_allowed("theory", "report")
-    assert not is_allowed("evaluation", "continuous_learner")
-    assert not is_allowed("baselines", "continuous_learner")
-    assert not is_allowed("learner", "evaluation")
+    assert not is_allowed("evaluation", "learners")
+    assert not is_allowed("baselines", "learners")
+    assert not is_allowed("learners", "evaluation")
     assert not is_allowed("equilibria", "scenarios")
     assert list(imports(ast.parse("def f():\n    from gsiirl.irl import memory"))) == ["gsiirl.irl.memory"]
 

@@ -10,7 +10,7 @@ import pytest
 from problems import tiny_problem
 
 from gsiirl import interaction
-from gsiirl.expert import SimulatedExpert
+from gsiirl.experts.tabular_expert import SimulatedExpert
 from gsiirl.hypergradients import Implicit
 from gsiirl.interaction import interact, live
 from gsiirl.types import Sides, Trajectories

@@ -16,24 +16,24 @@ if TYPE_CHECKING:
     from gsiirl import irl as irl
     from gsiirl import rewards as rewards
     from gsiirl import scenarios as scenarios
-    from gsiirl.bilevel import Bilevel as Bilevel
-    from gsiirl.continuous_expert import ContinuousRespondingExpert as ContinuousRespondingExpert
     from gsiirl.experiments.loading import load as load
-    from gsiirl.expert import RespondingExpert as RespondingExpert
-    from gsiirl.expert import SimulatedExpert as SimulatedExpert
-    from gsiirl.fit import GSIIRL as GSIIRL
-    from gsiirl.problem import Problem as Problem
-    from gsiirl.reward_learner import RewardGSIIRL as RewardGSIIRL
+    from gsiirl.experts.continuous_expert import ContinuousRespondingExpert as ContinuousRespondingExpert
+    from gsiirl.experts.tabular_expert import RespondingExpert as RespondingExpert
+    from gsiirl.experts.tabular_expert import SimulatedExpert as SimulatedExpert
+    from gsiirl.front_door.fit import GSIIRL as GSIIRL
+    from gsiirl.learners.bilevel import Bilevel as Bilevel
+    from gsiirl.learners.reward_learner import RewardGSIIRL as RewardGSIIRL
+    from gsiirl.problems.problem import Problem as Problem
 
 _MODULES = ("baselines", "equilibria", "evaluation", "games", "hypergradients", "irl", "rewards", "scenarios")
 _MEMBERS = {
-    "Bilevel": "gsiirl.bilevel",
-    "ContinuousRespondingExpert": "gsiirl.continuous_expert",
-    "GSIIRL": "gsiirl.fit",
-    "Problem": "gsiirl.problem",
-    "RespondingExpert": "gsiirl.expert",
-    "RewardGSIIRL": "gsiirl.reward_learner",
-    "SimulatedExpert": "gsiirl.expert",
+    "Bilevel": "gsiirl.learners.bilevel",
+    "ContinuousRespondingExpert": "gsiirl.experts.continuous_expert",
+    "GSIIRL": "gsiirl.front_door.fit",
+    "Problem": "gsiirl.problems.problem",
+    "RespondingExpert": "gsiirl.experts.tabular_expert",
+    "RewardGSIIRL": "gsiirl.learners.reward_learner",
+    "SimulatedExpert": "gsiirl.experts.tabular_expert",
     "load": "gsiirl.experiments.loading",
 }
 

@@ -5,11 +5,11 @@ import numpy as np
 import optax
 import pytest
 
-from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria import Logit, respond
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.irl import MaximumLikelihood, Memory, Played, reward_gradient_expectation
 from gsiirl.irl.maximum_likelihood import constant_steps, growing_steps
+from gsiirl.learners.bilevel import Bilevel
 from gsiirl.rewards import Linear
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.types import Sides

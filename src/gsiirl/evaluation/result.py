@@ -15,7 +15,7 @@ from gsiirl.compilation import QUICKLY
 from gsiirl.evaluation.commitment import SHARPER, Extremes, Marl, equilibrium, extremes
 from gsiirl.games.base import uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.problem import Problem
+from gsiirl.problems.problem import Problem
 
 LAST = 10
 """Iterations at the end of a run whose play is averaged."""

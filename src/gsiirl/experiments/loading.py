@@ -10,8 +10,8 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_from_dict
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.problem import Problem
-from gsiirl.result import MEND, Result, check_shapes, problem_from
+from gsiirl.front_door.result import MEND, Result, check_shapes, problem_from
+from gsiirl.problems.problem import Problem
 from gsiirl.runs import RunFolder
 from gsiirl.runs.files.array_file import read_versioned_arrays
 from gsiirl.runs.files.json_file import read_versioned_json

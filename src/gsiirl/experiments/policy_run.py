@@ -8,10 +8,10 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.evaluation.truth import Truth, named
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Record
-from gsiirl.expert import AbstractTabularExpert
+from gsiirl.experts.tabular_expert import AbstractTabularExpert
 from gsiirl.games.rollout import rollout
 from gsiirl.interaction import Meeting, interact
-from gsiirl.learner import CommitmentLearner, LearnerState
+from gsiirl.learners.commitment_learner import CommitmentLearner, LearnerState
 from gsiirl.types import Policies, Sides, Trajectories
 
 SAMPLE_PATHS = 3

@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.expert import RespondingExpert
+from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.interaction import Proposal
 from gsiirl.irl.expectations import sampled_reward_gradient
 from gsiirl.theory.support.algorithm_1 import CHUNK, ExactExpert, Games, Run, algorithm_1, draw_games

@@ -6,10 +6,10 @@ from typing import Any
 
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.continuous_fit import ContinuousGSIIRL
-from gsiirl.continuous_problem import ContinuousProblem
 from gsiirl.experiments.continuous.config import ContinuousConfig
 from gsiirl.experiments.prepared_run import Record
+from gsiirl.front_door.continuous_fit import ContinuousGSIIRL
+from gsiirl.problems.continuous_problem import ContinuousProblem
 from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import Sides, Transition
 

@@ -11,9 +11,6 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.baselines.continuous_ma_irl import ContinuousMAIRL, ContinuousMAIRLState
 from gsiirl.baselines.maddpg import Maddpg, MaddpgState
-from gsiirl.continuous_expert import ContinuousRespondingExpert, Habits
-from gsiirl.continuous_learner import ContinuousLearner, ContinuousState, GradientSteps
-from gsiirl.continuous_problem import ContinuousProblem
 from gsiirl.equilibria.pathwise import FOLLOWING_RATE, Ascent, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import weights_of
@@ -21,10 +18,13 @@ from gsiirl.experiments.continuous.config import ContinuousConfig
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment, front_door_of
 from gsiirl.experiments.continuous.judge import Judge
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
+from gsiirl.experts.continuous_expert import ContinuousRespondingExpert, Habits
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.hypergradients import SPSA
 from gsiirl.interaction import Meeting, interact
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, growing_steps
+from gsiirl.learners.continuous_learner import ContinuousLearner, ContinuousState, GradientSteps
+from gsiirl.problems.continuous_problem import ContinuousProblem
 from gsiirl.rewards.continuous import (
     AbstractTransitionFeatures,
     AbstractTransitionReward,

@@ -6,12 +6,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from gsiirl.continuous_problem import ContinuousProblem
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.continuous.run import learnable_reward, prepare_continuous
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.prepared_run import PreparedRun, Record
 from gsiirl.games.crossing import HUMAN_START, ROBOT_START, Crossing, CrossingState
+from gsiirl.problems.continuous_problem import ContinuousProblem
 from gsiirl.rewards import crossing as rewards
 from gsiirl.types import Sides, Transition
 

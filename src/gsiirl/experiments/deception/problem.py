@@ -6,12 +6,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray
 
-from gsiirl.continuous_problem import ContinuousProblem
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.continuous.run import learnable_reward, prepare_continuous
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.prepared_run import PreparedRun, Record
 from gsiirl.games.deception import Deception, DeceptionState
+from gsiirl.problems.continuous_problem import ContinuousProblem
 from gsiirl.rewards import deception as rewards
 from gsiirl.rewards.continuous import AbstractTransitionReward
 from gsiirl.types import Sides, Transition

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from gsiirl.arguments import positive
 from gsiirl.errors import InputError
-from gsiirl.expert import RespondingExpert
+from gsiirl.experts.tabular_expert import RespondingExpert
+from gsiirl.front_door.result import problem_arrays, problem_from, problem_settings
 from gsiirl.games.tabular import TabularGame
-from gsiirl.problem import Problem, joint_payoff
-from gsiirl.result import problem_arrays, problem_from, problem_settings
+from gsiirl.problems.arguments import positive
+from gsiirl.problems.problem import Problem, joint_payoff
 
 FIELD = "FILE"
 REQUIRED = ("initial", "horizon", "expert_reward", "temperature")

@@ -15,11 +15,11 @@ from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.game.file import OwnGame, read_game
 from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, saved
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
-from gsiirl.expert import RespondingExpert
-from gsiirl.fit import GSIIRL
+from gsiirl.experts.tabular_expert import RespondingExpert
+from gsiirl.front_door.fit import GSIIRL
 from gsiirl.games.payoff import DensePayoff
 from gsiirl.interaction import CHUNK
-from gsiirl.learner import CommitmentLearner
+from gsiirl.learners.commitment_learner import CommitmentLearner
 from gsiirl.runs.files.json_file import read_versioned_json
 from gsiirl.types import Policies, Sides
 

@@ -9,19 +9,19 @@ import jax.numpy as jnp
 import optax
 
 from gsiirl.baselines.ma_irl import MAIRL
-from gsiirl.bilevel import Bilevel
 from gsiirl.commitment import Commitment
 from gsiirl.equilibria import AbstractForwardModel, Logit, QLearning, SoftJoint
 from gsiirl.evaluation.truth import Truth
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.expert import RespondingExpert, SimulatedExpert
+from gsiirl.experts.tabular_expert import RespondingExpert, SimulatedExpert
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.hypergradients import SPSA, AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit, Response
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import LikelihoodLevel, MatchingLevel
 from gsiirl.irl.posterior import Inference
-from gsiirl.learner import CommitmentLearner, remembered
-from gsiirl.reward_learner import RewardGSIIRL
+from gsiirl.learners.bilevel import Bilevel
+from gsiirl.learners.commitment_learner import CommitmentLearner, remembered
+from gsiirl.learners.reward_learner import RewardGSIIRL
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios import load_network, random_network

@@ -14,11 +14,11 @@ from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, s
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.experiments.security.problem import SecurityProblem, build, network_of
-from gsiirl.expert import RespondingExpert
+from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.games.rollout import rollout
 from gsiirl.interaction import CHUNK, interact
-from gsiirl.learner import CommitmentLearner, LearnerState
-from gsiirl.reward_learner import RewardGSIIRL
+from gsiirl.learners.commitment_learner import CommitmentLearner, LearnerState
+from gsiirl.learners.reward_learner import RewardGSIIRL
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios import read_network
 from gsiirl.types import Policies

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.bilevel import LowerLevel
 from gsiirl.hypergradients import AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit
+from gsiirl.learners.bilevel import LowerLevel
 from gsiirl.runs.findings import Finding, Measurement, Panel
 from gsiirl.theory.support.brute_force import Case, Measured
 from gsiirl.theory.support.curves import curve, extremes, fitted_slope, guide, median

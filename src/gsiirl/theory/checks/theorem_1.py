@@ -10,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria.logit import Logit
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.hypergradients import SPSA, AbstractEstimator, BilevelProblem, HessianVectorCG, Implicit
+from gsiirl.learners.bilevel import Bilevel
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
 from gsiirl.runs.findings import Finding, Measurement, Panel

@@ -14,12 +14,12 @@ import numpy as np
 import optax
 from jaxtyping import Array, Float, Key, PRNGKeyArray, PyTree
 
-from gsiirl.expert import RespondingExpert
+from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.hypergradients import AbstractEstimator, Implicit
 from gsiirl.interaction import AbstractExpert, AbstractLearner, Meeting, Proposal, interact
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, growing_steps
 from gsiirl.irl.memory import Played
-from gsiirl.reward_learner import RewardGSIIRL, RewardLearnerState
+from gsiirl.learners.reward_learner import RewardGSIIRL, RewardLearnerState
 from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
 from gsiirl.theory.support.total_derivative import equilibria, lower_gradient
 from gsiirl.types import Interaction, Number

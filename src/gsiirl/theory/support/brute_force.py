@@ -16,9 +16,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.bilevel import LowerLevel
 from gsiirl.hypergradients import AbstractEstimator, Hypergradient, coordinate_jacobian
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
+from gsiirl.learners.bilevel import LowerLevel
 from gsiirl.theory.support.games import TEMPERATURE, ForwardModel, RandomProblem, Size, of_norm
 from gsiirl.theory.support.lower_solution import LowerSolution, solve_lower
 from gsiirl.theory.support.total_derivative import remembered

@@ -8,13 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.bilevel import Bilevel, LowerLevel
 from gsiirl.equilibria.logit import Logit
 from gsiirl.equilibria.response import respond
 from gsiirl.equilibria.soft_joint import SoftJoint
 from gsiirl.games.payoff import DensePayoff
 from gsiirl.games.tabular import TabularGame
 from gsiirl.irl.expectations import reward_gradient_expectation
+from gsiirl.learners.bilevel import Bilevel, LowerLevel
 from gsiirl.rewards.linear import Linear, TabularFeatures
 from gsiirl.types import Number, Policies, Sides
 

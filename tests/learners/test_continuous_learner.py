@@ -9,16 +9,16 @@ import numpy as np
 import optax
 import pytest
 
-from gsiirl import continuous_learner
-from gsiirl.continuous_expert import ContinuousRespondingExpert
-from gsiirl.continuous_learner import ContinuousLearner, GradientSteps
 from gsiirl.equilibria.pathwise import Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.experts.continuous_expert import ContinuousRespondingExpert
 from gsiirl.games import Crossing
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.hypergradients import SPSA
 from gsiirl.irl.feature_gap import first_states, reward_gap
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
+from gsiirl.learners import continuous_learner
+from gsiirl.learners.continuous_learner import ContinuousLearner, GradientSteps
 from gsiirl.rewards import crossing as rewards
 from gsiirl.rewards.continuous import LinearTransitionReward, mean_return
 from gsiirl.types import Interaction, Sides

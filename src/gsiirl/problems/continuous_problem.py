@@ -12,10 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
-from gsiirl.arguments import discount_of, positive
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.games.tabular import whole_number
+from gsiirl.problems.arguments import discount_of, positive
 from gsiirl.rewards.continuous import (
     AbstractTransitionFeatures,
     AbstractTransitionReward,

@@ -9,11 +9,11 @@ import pytest
 
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.experiments.security.problem import SecurityProblem, build
-from gsiirl.expert import RespondingExpert
+from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.hypergradients import FiniteDifference, Implicit
 from gsiirl.interaction import interact
 from gsiirl.irl import reward_gradient_expectation
-from gsiirl.reward_learner import PROBE, RewardGSIIRL, RewardLearnerState
+from gsiirl.learners.reward_learner import PROBE, RewardGSIIRL, RewardLearnerState
 from gsiirl.scenarios import random_network
 from gsiirl.types import Interaction
 

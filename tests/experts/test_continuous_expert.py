@@ -4,8 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.continuous_expert import POLICIES, ContinuousRespondingExpert, Habits
 from gsiirl.equilibria.pathwise import Pathwise
+from gsiirl.experts.continuous_expert import POLICIES, ContinuousRespondingExpert, Habits
 from gsiirl.games import Crossing
 from gsiirl.games.rollout import episodes_from
 from gsiirl.interaction import Proposal

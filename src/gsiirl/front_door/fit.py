@@ -12,20 +12,20 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
-from gsiirl.continuous_fit import ContinuousGSIIRL
-from gsiirl.continuous_problem import ContinuousProblem
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import LAST
-from gsiirl.expert import SimulatedExpert
+from gsiirl.experts.tabular_expert import SimulatedExpert
+from gsiirl.front_door.continuous_fit import ContinuousGSIIRL
+from gsiirl.front_door.result import Result, Results
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.tabular import whole_number
 from gsiirl.interaction import AbstractExpert, Demonstrator, live
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel, MatchingLevel
 from gsiirl.irl.posterior import Inference
-from gsiirl.learner import CommitmentLearner, Explore, Feedback, HandBack, LearnerState, remembered
-from gsiirl.problem import Problem
-from gsiirl.result import Result, Results
+from gsiirl.learners.commitment_learner import CommitmentLearner, Explore, Feedback, HandBack, LearnerState, remembered
+from gsiirl.problems.continuous_problem import ContinuousProblem
+from gsiirl.problems.problem import Problem
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Sides, Trajectories
 

@@ -28,9 +28,9 @@ from small_games import (
 )
 
 from gsiirl import GSIIRL, FitWarning, InputError, Problem, RespondingExpert, load
-from gsiirl import fit as fit_module
 from gsiirl import interaction as interaction_module
-from gsiirl.result import Result, Results
+from gsiirl.front_door import fit as fit_module
+from gsiirl.front_door.result import Result, Results
 from gsiirl.types import Sides, Trajectories
 
 ITERATIONS, TRAJECTORIES = 3, 20

@@ -13,19 +13,19 @@ import optax
 import polars
 from jaxtyping import Array, Key, PRNGKeyArray, PyTree
 
-from gsiirl.arguments import positive
-from gsiirl.continuous_expert import ContinuousRespondingExpert
-from gsiirl.continuous_learner import ContinuousLearner, ContinuousState
-from gsiirl.continuous_problem import ContinuousProblem, single_precision
-from gsiirl.continuous_result import ContinuousResult, ContinuousResults, LearnedTransitionReward
 from gsiirl.equilibria.pathwise import FOLLOWING_RATE, TRAINED_RATE, Ascent, Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.true_returns import TrueReturns
+from gsiirl.experts.continuous_expert import ContinuousRespondingExpert
+from gsiirl.front_door.continuous_result import ContinuousResult, ContinuousResults, LearnedTransitionReward
 from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.games.tabular import whole_number
 from gsiirl.interaction import AbstractExpert, ContinuousDemonstrator, live
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps
+from gsiirl.learners.continuous_learner import ContinuousLearner, ContinuousState
+from gsiirl.problems.arguments import positive
+from gsiirl.problems.continuous_problem import ContinuousProblem, single_precision
 from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import Sides, Transition
 

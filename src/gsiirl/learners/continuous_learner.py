@@ -40,7 +40,6 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, PyTree
 
-from gsiirl.bilevel import LowerLevel
 from gsiirl.equilibria.pathwise import Ascent, Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.games.rollout import episodes_from, initial_states
@@ -51,6 +50,7 @@ from gsiirl.irl.dependent_reward import LeastSquares
 from gsiirl.irl.feature_gap import first_states, gaps_of_episodes, reward_gap
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood
 from gsiirl.irl.memory import Memory
+from gsiirl.learners.bilevel import LowerLevel
 from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward, TransitionReward, mean_return
 from gsiirl.types import Interaction, Sides, Transition
 

@@ -25,13 +25,13 @@ from small_continuous_games import (
 from small_games import counted_compilations
 
 from gsiirl import GSIIRL, FitWarning, InputError
-from gsiirl import continuous_fit as fit_module
-from gsiirl.continuous_fit import ContinuousGSIIRL, checked
-from gsiirl.continuous_problem import single_precision
-from gsiirl.continuous_result import ContinuousResult, ContinuousResults, LearnedTransitionReward
 from gsiirl.experiments.continuous.config import ContinuousConfig
+from gsiirl.front_door import continuous_fit as fit_module
+from gsiirl.front_door.continuous_fit import ContinuousGSIIRL, checked
+from gsiirl.front_door.continuous_result import ContinuousResult, ContinuousResults, LearnedTransitionReward
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.interaction import Proposal
+from gsiirl.problems.continuous_problem import single_precision
 from gsiirl.types import Sides, Transition
 
 GAME = Line()

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from gsiirl.bilevel import Bilevel, LowerLevel
 from gsiirl.hypergradients import coordinate_jacobian
 from gsiirl.irl.memory import Memory, Played
+from gsiirl.learners.bilevel import Bilevel, LowerLevel
 from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE, RandomProblem, Size
 from gsiirl.types import Policies
 from tests import oracles

@@ -10,7 +10,7 @@ For k = 0, …, K − 1:
     at last:   the commitment that is best on average over the posterior
 
 The paper ascends a reward θ_l that the learner acts on through a two-sided equilibrium; here the policy itself is what
-is ascended (docs/commitment.md). `gsiirl.reward_learner` is the paper's way.
+is ascended (docs/commitment.md). `gsiirl.learners.reward_learner` is the paper's way.
 """
 
 from typing import Any, Literal

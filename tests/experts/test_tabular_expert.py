@@ -3,7 +3,7 @@ import numpy as np
 from problems import tiny_problem
 
 from gsiirl.equilibria.response import respond
-from gsiirl.expert import RespondingExpert, SimulatedExpert
+from gsiirl.experts.tabular_expert import RespondingExpert, SimulatedExpert
 from gsiirl.irl.expectations import reward_gradient_expectation, sampled_reward_gradient
 from gsiirl.types import Sides
 

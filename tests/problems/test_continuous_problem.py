@@ -28,7 +28,7 @@ from small_games import finite_game, problem_of, tabular
 
 import gsiirl
 from gsiirl import InputError
-from gsiirl.continuous_problem import ContinuousProblem, random_steps, single_precision
+from gsiirl.problems.continuous_problem import ContinuousProblem, random_steps, single_precision
 from gsiirl.rewards.continuous import LinearTransitionReward, NetworkReward
 from gsiirl.types import Sides
 

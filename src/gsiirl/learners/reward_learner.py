@@ -9,7 +9,7 @@ For k = 0, …, K − 1:
     g          ← ∇f at (θ, θ_e(k+1)), by an estimator of `gsiirl.hypergradients`  lines 11-14
     θ_l(k+1)   ← Proj(θ + step of g)                                              line 15, ascent
 
-with f(θ_l, θ_e) and L as `gsiirl.bilevel` defines them. Two presets: `RewardGSIIRL.create` and
+with f(θ_l, θ_e) and L as `gsiirl.learners.bilevel` defines them. Two presets: `RewardGSIIRL.create` and
 `RewardGSIIRL.paper`.
 """
 
@@ -23,15 +23,15 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from gsiirl.bilevel import Bilevel
 from gsiirl.equilibria.base import AbstractSolution
-from gsiirl.expert import SimulatedExpert
+from gsiirl.experts.tabular_expert import SimulatedExpert
 from gsiirl.hypergradients import SPSA, AbstractEstimator, Implicit, directional_jacobian
 from gsiirl.interaction import AbstractLearner, Demonstrator, Proposal, live
 from gsiirl.irl.dependent_reward import DependentValue, LeastSquares
 from gsiirl.irl.expectations import sampled_reward_gradient
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.irl.memory import Memory, Played
+from gsiirl.learners.bilevel import Bilevel
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Interaction, Number, Trajectories
 

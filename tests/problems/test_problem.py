@@ -23,7 +23,7 @@ from small_games import (
 
 from gsiirl import GSIIRL, InputError, Problem, RespondingExpert, SimulatedExpert, load
 from gsiirl.equilibria import Logit
-from gsiirl.fit import checked
+from gsiirl.front_door.fit import checked
 from gsiirl.games import DensePayoff, TabularGame
 from gsiirl.rewards.linear import IndicatorFeatures, TabularFeatures
 from gsiirl.types import Sides, Trajectories

@@ -1,0 +1,1 @@
+"""What a user calls: a learner of a problem, and what comes out of it."""
