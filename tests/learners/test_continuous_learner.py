@@ -30,6 +30,9 @@ DISCOUNT = 0.9
 SOLVER = Pathwise.create(GAME, discount=DISCOUNT, batch=4, hidden=4, decay_steps=100, expert_steps=1)
 DEPENDENT = LinearTransitionReward(features=rewards.RobotFeatures(), scale=8.0)
 EXPERT = LinearTransitionReward(features=rewards.HumanFeatures(), scale=10.0)
+HUMAN = ContinuousRespondingExpert(
+    GAME, rewards.human_reward, DISCOUNT, iterations=48, steps=2, first_steps=4, batch=4, hidden=4
+)
 
 
 def make(**changes) -> ContinuousLearner:
@@ -64,20 +67,17 @@ PAPER = {
 
 def live(learner: ContinuousLearner, seed: jax.Array, rounds: int):
     """States after each round with the true human."""
-    expert = ContinuousRespondingExpert(
-        GAME, rewards.human_reward, DISCOUNT, iterations=48, steps=2, first_steps=4, batch=4, hidden=4
-    )
     key = jax.random.key(seed)
     start = learner.init(key)
 
     def one(carry, number):
         state, habits = carry
         demonstration_key, update_key = jax.random.split(jax.random.fold_in(key, number))
-        habits, met = expert.meet(habits, learner.propose(state), learner.trajectories, demonstration_key)
+        habits, met = HUMAN.meet(habits, learner.propose(state), learner.trajectories, demonstration_key)
         state = learner.update(state, met, update_key)
         return (state, habits), (state, met.demonstrations)
 
-    return jax.lax.scan(one, (start, expert.init(key, learner.propose(start).policy)), jnp.arange(rounds))[1]
+    return jax.lax.scan(one, (start, HUMAN.init(key, learner.propose(start).policy)), jnp.arange(rounds))[1]
 
 
 @pytest.fixture(scope="module")
