@@ -15,7 +15,7 @@ from gsiirl.hypergradients import (
     HessianVectorCG,
     Hypergradient,
     Implicit,
-    Response,
+    ResponseKind,
 )
 from gsiirl.hypergradients.spsa import Factors
 from gsiirl.theory.support.direct import Direct
@@ -25,8 +25,8 @@ from gsiirl.theory.support.soft_joint_model import SoftJointModel
 
 LEARNER_SIZE, EXPERT_SIZE, REGULARISATION = 4, 3, 0.2
 KEY = jax.random.key(0)
-RESPONSES: tuple[Response, ...] = ("well_specified", "frozen", "measured")
-EXACT: tuple[Callable[[Response], AbstractEstimator], ...] = (Implicit, HessianVectorCG, FiniteDifference)
+RESPONSES: tuple[ResponseKind, ...] = ("well_specified", "frozen", "measured")
+EXACT: tuple[Callable[[ResponseKind], AbstractEstimator], ...] = (Implicit, HessianVectorCG, FiniteDifference)
 
 
 class Quadratic(eqx.Module):
@@ -86,7 +86,7 @@ def quadratic(seed: int, on_sphere: bool, curvature: float = 0.5) -> tuple[Quadr
     return problem, jnp.asarray(learner), jnp.asarray(expert)
 
 
-def closed_form(problem: Quadratic, learner: jax.Array, expert: jax.Array, response: Response) -> np.ndarray:
+def closed_form(problem: Quadratic, learner: jax.Array, expert: jax.Array, response: ResponseKind) -> np.ndarray:
     """∇f from the conditions of Karush, Kuhn and Tucker: [[H + νI, e], [eᵀ, 0]] [de; dν] = [−M dl; 0]."""
     through_learner = np.asarray(problem.learner_slope + problem.cross @ expert)
     if response == "well_specified":

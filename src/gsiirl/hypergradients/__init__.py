@@ -8,7 +8,7 @@ from gsiirl.hypergradients.problem import AbstractEstimator as AbstractEstimator
 from gsiirl.hypergradients.problem import AbstractStatelessEstimator as AbstractStatelessEstimator
 from gsiirl.hypergradients.problem import BilevelProblem as BilevelProblem
 from gsiirl.hypergradients.problem import Hypergradient as Hypergradient
-from gsiirl.hypergradients.problem import Response as Response
+from gsiirl.hypergradients.problem import ResponseKind as ResponseKind
 from gsiirl.hypergradients.spsa import SPSA as SPSA
 from gsiirl.hypergradients.spsa import SPSAState as SPSAState
 from gsiirl.hypergradients.spsa import directional_jacobian as directional_jacobian

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float, PyTree
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
-from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, ResponseKind
 from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
@@ -19,7 +19,7 @@ class FiniteDifference(AbstractStatelessEstimator):
     All evaluations are one vmapped call. The error is O(step²); the system is solved with Hᵀ.
     """
 
-    response: Response = eqx.field(static=True, default="well_specified")
+    response: ResponseKind = eqx.field(static=True, default="well_specified")
     step: float = 1e-4
 
     def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:

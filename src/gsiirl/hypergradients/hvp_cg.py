@@ -7,7 +7,7 @@ from jaxtyping import Array
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, conjugate_gradients
-from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, ResponseKind
 from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
@@ -18,7 +18,7 @@ class HessianVectorCG(AbstractStatelessEstimator):
     evaluations an iteration of conjugate gradients; needs a lower level that is the gradient of some L.
     """
 
-    response: Response = eqx.field(static=True, default="well_specified")
+    response: ResponseKind = eqx.field(static=True, default="well_specified")
     step: float = 1e-4
     tolerance: float = 1e-10
     iterations: int = eqx.field(static=True, default=100)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
-from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, ResponseKind
 from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
@@ -17,7 +17,7 @@ class Implicit(AbstractStatelessEstimator):
     is solved with Hᵀ, so that H need not be symmetric.
     """
 
-    response: Response = eqx.field(static=True, default="well_specified")
+    response: ResponseKind = eqx.field(static=True, default="well_specified")
 
     def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:
         if self.response == "well_specified":

@@ -18,7 +18,7 @@ from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 State = TypeVar("State")
 
-Response = Literal["well_specified", "frozen", "measured"]
+ResponseKind = Literal["well_specified", "frozen", "measured"]
 """What is taken for dθ_e*/dθ_l.
 
 `well_specified`: nothing, because a reward class that can express r_e keeps finding the same θ_e (up to O(λ));
@@ -50,7 +50,7 @@ class BilevelProblem(eqx.Module):
         """G(θ_l, θ_e) = ∇_{θ_e} L, the regularisation included."""
         return self.evaluate(learner_parameters, expert_parameters)[1] + self.regularisation * expert_parameters
 
-    def demonstrations_move(self, response: Response) -> Array | float:
+    def demonstrations_move(self, response: ResponseKind) -> Array | float:
         """dG/dθ_l through the demonstrations, (m, n), as far as `response` takes it into account.
 
         Raises:
@@ -87,7 +87,7 @@ class Hypergradient(eqx.Module):
 class AbstractEstimator(eqx.Module, Generic[State]):
     """A way to estimate ∇f; what it remembers from one outer iteration to the next is a state passed in and out."""
 
-    response: eqx.AbstractVar[Response]
+    response: eqx.AbstractVar[ResponseKind]
 
     @abc.abstractmethod
     def init(self, expert_parameters: Float[Array, " m"]) -> State:

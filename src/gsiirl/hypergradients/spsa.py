@@ -13,7 +13,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, conjugate_gradients
-from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractEstimator, BilevelProblem, Hypergradient, ResponseKind
 
 
 class SPSAState(eqx.Module):
@@ -39,7 +39,7 @@ class SPSA(AbstractEstimator[SPSAState]):
     The perturbation is p_k = `perturbation` / (k + 1)^`decay`: 0.101 is Spall's; the paper's 1/k is 1 and 1.
     """
 
-    response: Response = eqx.field(static=True, default="well_specified")
+    response: ResponseKind = eqx.field(static=True, default="well_specified")
     perturbation: float = 0.05
     decay: float = 0.101
     draws: int = eqx.field(static=True, default=1)

@@ -57,7 +57,7 @@ class RewardLearnerState(eqx.Module):
     solves: Int[Array, ""]
 
 
-class Learned(eqx.Module):
+class RewardResult(eqx.Module):
     """What a learner comes out with; the three rewards are weights of their features, in reward units.
 
     `expert_reward` estimates r_e and `dependent_reward` r_ld; `commitment` is the reward the policy is made of.
@@ -151,14 +151,14 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
         trajectories: int = 100,
         seed: int = 0,
         progress: bool = True,
-    ) -> "Learned":
+    ) -> "RewardResult":
         """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned."""
         keys = jax.random.split(jax.random.key(seed))[None]
         last = deque(live(self, expert, keys, iterations, trajectories, progress), maxlen=1)
         # Of one seed.
         state = jax.tree.map(lambda leaf: leaf[0], last[0].states) if last else eqx.filter_jit(self.init)(keys[0, 0])
         scale = self.dependent_reward.scale
-        return Learned(
+        return RewardResult(
             state=state,
             expert_reward=self.expert_reward.scale * state.expert_parameters,
             dependent_reward=scale * self.fitted_dependent_reward(state),

@@ -15,7 +15,7 @@ from gsiirl.evaluation.truth import Truth
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.experts.tabular_expert import RespondingExpert, SimulatedExpert
 from gsiirl.games.attack_graph import AttackGraph
-from gsiirl.hypergradients import SPSA, AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit, Response
+from gsiirl.hypergradients import SPSA, AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit, ResponseKind
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import LikelihoodLevel, MatchingLevel
 from gsiirl.irl.posterior import Inference
@@ -169,7 +169,7 @@ def _reward_learner(config: SecurityConfig, bilevel: Bilevel) -> RewardGSIIRL:
 
 
 def _hypergradient(config: SecurityConfig) -> AbstractEstimator:
-    response: Response = _given(config.response)
+    response: ResponseKind = _given(config.response)
     match _given(config.hypergradient):
         case "implicit":
             return Implicit(response)

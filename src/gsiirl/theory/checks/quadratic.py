@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key
 
-from gsiirl.hypergradients import SPSA, AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit, Response
+from gsiirl.hypergradients import SPSA, AbstractEstimator, FiniteDifference, HessianVectorCG, Implicit, ResponseKind
 from gsiirl.hypergradients.spsa import Factors
 from gsiirl.runs.findings import Finding, Measurement, Panel
 from gsiirl.theory.support.curves import curve, fitted_slope
@@ -38,7 +38,7 @@ def errors(estimator: AbstractEstimator, quadratic: Quadratic, keys: Key[Array, 
     return np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected)
 
 
-def estimators(response: Response) -> dict[str, AbstractEstimator]:
+def estimators(response: ResponseKind) -> dict[str, AbstractEstimator]:
     """Those that are exact on a quadratic problem."""
     return {
         "Implicit": Implicit(response),
@@ -47,7 +47,7 @@ def estimators(response: Response) -> dict[str, AbstractEstimator]:
     }
 
 
-def exact_errors(quadratics: list[Quadratic], response: Response) -> dict[str, float]:
+def exact_errors(quadratics: list[Quadratic], response: ResponseKind) -> dict[str, float]:
     """The worst relative error of each exact estimator over the problems."""
     key = jax.random.key(0)[None]
     return {
@@ -109,7 +109,7 @@ def check(quick: bool) -> Finding:
     draws = [1, 30, 1000] if quick else [1, 3, 10, 30, 100, 300, 1000, 3000, 10_000]
     inside, sphere = ([Quadratic.draw(seed, on_sphere) for seed in numbers] for on_sphere in (False, True))
 
-    responses: tuple[Response, ...] = ("frozen", "measured")
+    responses: tuple[ResponseKind, ...] = ("frozen", "measured")
     measurements = [
         Measurement(f"{name}, {response}, {where}: worst relative error", error, at_most=1e-10)
         for where, quadratics in (("inside the ball", inside), ("on the sphere", sphere))

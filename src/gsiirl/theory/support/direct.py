@@ -18,7 +18,7 @@ from jaxtyping import Array, Float
 
 from gsiirl.hypergradients.compose import with_response, without_response
 from gsiirl.hypergradients.linear_solve import BallConstraint, solve_dense
-from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, Response
+from gsiirl.hypergradients.problem import AbstractStatelessEstimator, BilevelProblem, Hypergradient, ResponseKind
 from gsiirl.hypergradients.vectors import ExpertVector, LearnerVector
 
 
@@ -77,7 +77,7 @@ class LemmaThreeProblem(BilevelProblem):
 class Direct(AbstractStatelessEstimator):
     """∇f by the corrected Lemma 3; for the joint softmax policy alone."""
 
-    response: Response = eqx.field(static=True, default="well_specified")
+    response: ResponseKind = eqx.field(static=True, default="well_specified")
 
     def hypergradient(self, problem: BilevelProblem, learner: LearnerVector, expert: ExpertVector) -> Hypergradient:
         """∇f at (θ_l, θ_e).

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from gsiirl.hypergradients import BilevelProblem, Response
+from gsiirl.hypergradients import BilevelProblem, ResponseKind
 
 LEARNER_SIZE, EXPERT_SIZE = 5, 4
 REGULARISATION = 0.1
@@ -87,7 +87,7 @@ class Quadratic(eqx.Module):
         """e* and ν at the point."""
         return self.lower_solution(self.point, self.point)
 
-    def response(self, kind: Response) -> np.ndarray:
+    def response(self, kind: ResponseKind) -> np.ndarray:
         """de*/dl, (m, n), from the KKT conditions differentiated: [[H + (λ + ν)I, e], [eᵀ, 0]] [de; dν] = [−dG; 0]."""
         solution, multiplier = self.solution
         change = self.mixed - self.moving if kind == "measured" else self.mixed
@@ -99,7 +99,7 @@ class Quadratic(eqx.Module):
         bordered[:size, size] = bordered[size, :size] = solution
         return np.linalg.solve(bordered, np.vstack([-change, np.zeros((1, LEARNER_SIZE))]))[:size]
 
-    def response_by_differences(self, kind: Response, step: float = 3e-3) -> np.ndarray:
+    def response_by_differences(self, kind: ResponseKind, step: float = 3e-3) -> np.ndarray:
         """de*/dl from solving again at l ± step, 2 step, 3 step along each coordinate; error O(step⁶)."""
         columns = []
         for move in step * np.eye(LEARNER_SIZE):
@@ -110,12 +110,12 @@ class Quadratic(eqx.Module):
             columns.append(np.sum(solutions, axis=0) / step)
         return np.stack(columns, axis=1)
 
-    def response_error(self, kind: Response) -> float:
+    def response_error(self, kind: ResponseKind) -> float:
         """How far the closed form of de*/dl is from differences of e*, relative."""
         closed = self.response(kind)
         return float(np.linalg.norm(self.response_by_differences(kind) - closed) / np.linalg.norm(closed))
 
-    def _moved(self, kind: Response, move: np.ndarray) -> np.ndarray:
+    def _moved(self, kind: ResponseKind, move: np.ndarray) -> np.ndarray:
         there = self.point + move
         return self.lower_solution(there, there if kind == "measured" else self.point)[0]
 
@@ -127,7 +127,7 @@ class Quadratic(eqx.Module):
             self.expert_slope + self.cross.T @ self.point + self.expert_curvature @ solution,
         )
 
-    def hypergradient(self, kind: Response) -> np.ndarray:
+    def hypergradient(self, kind: ResponseKind) -> np.ndarray:
         """∇f = ∇_l f + (de*/dl)ᵀ ∇_e f."""
         learner, expert = self.objective_gradients()
         return learner + self.response(kind).T @ expert
