@@ -7,6 +7,7 @@ from report.synthetic import write_run
 from report.synthetic_plane import write_plane_comparison
 
 from gsiirl.report import ReportFiles, build_report
+from gsiirl.report.figures import page_figure
 
 
 @pytest.fixture(scope="session")
@@ -24,3 +25,9 @@ def plane_runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Path]
 def plane_report(plane_runs: dict[str, list[Path]], tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
     """The report of all of them."""
     return build_report([path for paths in plane_runs.values() for path in paths], tmp_path_factory.mktemp("out"))
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made and not rendered: for tests of a page's words, most of whose time that would take."""
+    monkeypatch.setattr(page_figure, "figure_files", lambda figure: {"png": b"\x89PNG", "svg": b"<svg/>"})

@@ -108,6 +108,7 @@ def test_page_and_markdown_show_the_numbers_of_the_table(files: ReportFiles) -> 
         assert shown in files.table_markdown.read_text()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_without_a_marl_run_its_row_comes_from_the_true_returns(runs: list[Path], tmp_path: Path) -> None:
     (group,) = table_of(build_report([runs[0]], tmp_path / "out"))["groups"]
     marl, gsiirl = group["returns"]
@@ -116,6 +117,7 @@ def test_without_a_marl_run_its_row_comes_from_the_true_returns(runs: list[Path]
     assert marl["expert"]["deployed"]["mean"] == pytest.approx(4.2)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_marl_run_alone_makes_a_report(runs: list[Path], tmp_path: Path) -> None:
     files = build_report([path for path in runs if path.name == "marl"], tmp_path / "out")
     (group,) = table_of(files)["groups"]
@@ -123,6 +125,7 @@ def test_a_marl_run_alone_makes_a_report(runs: list[Path], tmp_path: Path) -> No
     assert {path.stem for path in files.figures} == {"game-1-attack-graph"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_failed_seeds_are_named_and_left_out(tmp_path: Path) -> None:
     paths = write_comparison(tmp_path / "runs", failed_seed=1)
     files = build_report(paths, tmp_path / "out")
@@ -153,6 +156,7 @@ def test_a_run_whose_seeds_all_failed_is_told_and_drawn_nowhere(tmp_path: Path) 
     assert "0 of 1 remain" in files.page.read_text()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_games_are_told_apart_and_each_has_its_figures(runs: list[Path], tmp_path: Path) -> None:
     zero_sum = write_run(tmp_path / "zero", "gsiirl", SyntheticGame(RING, variant="zero_sum"))
     dense = write_run(tmp_path / "dense", "gsiirl", SyntheticGame(dense_graph(), name="dense"))
@@ -166,12 +170,14 @@ def test_games_are_told_apart_and_each_has_its_figures(runs: list[Path], tmp_pat
     assert {path.stem for path in files.figures} == {f"game-{game}-{name}" for game in (1, 2, 3) for name in ONE_GAME}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_two_runs_of_one_algorithm_carry_their_folders_names(runs: list[Path], tmp_path: Path) -> None:
     again = write_run(tmp_path / "again", "gsiirl", seeds=4)
     (group,) = table_of(build_report([runs[0], again.path, runs[0]], tmp_path / "out"))["groups"]
     assert [row["label"] for row in group["quality"]] == ["GSIIRL (gsiirl)", "GSIIRL (again)"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_unknown_algorithm_is_shown_under_its_name(tmp_path: Path) -> None:
     write_run(tmp_path / "run", "marl")
     config = tmp_path / "run" / "config.json"
@@ -182,6 +188,7 @@ def test_an_unknown_algorithm_is_shown_under_its_name(tmp_path: Path) -> None:
     assert "The defender that learned with lin2019 ends at" in files.page.read_text()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_interrupted_run_is_shown_as_far_as_it_came(tmp_path: Path) -> None:
     write_run(tmp_path / "run", "gsiirl", iterations=7, completed=False)
     files = build_report([tmp_path / "run"], tmp_path / "out")
@@ -210,6 +217,7 @@ def test_a_game_of_another_kind_has_returns_and_no_graph(tmp_path: Path) -> None
     assert "Table 1" not in page
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_names_of_the_users_are_text_and_nothing_else(tmp_path: Path) -> None:
     graph = {"nodes": ["a$x$", "b<b>"], "footholds": ["a$x$"], "edges": [("a$x$", "b<b>", 1.0)]}
     write_run(tmp_path / "run", "gsiirl", SyntheticGame(graph, name="<script>"), seeds=1, iterations=0)
@@ -252,6 +260,7 @@ def test_a_damaged_run_is_named_in_one_line(tmp_path: Path, name: str, old: str,
 
 
 @pytest.mark.parametrize("below", [".", "report", "metrics/deep"])
+@pytest.mark.usefixtures("undrawn")
 def test_a_run_folder_is_never_written_into(tmp_path: Path, below: str) -> None:
     write_run(tmp_path / "run", "marl", seeds=1, iterations=1)
     before = content_of(tmp_path)
@@ -261,6 +270,7 @@ def test_a_run_folder_is_never_written_into(tmp_path: Path, below: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["index.html", "table.json", "figures/game-1-attack-graph.svg"])
+@pytest.mark.usefixtures("undrawn")
 def test_a_file_of_the_users_is_never_overwritten(tmp_path: Path, name: str) -> None:
     write_run(tmp_path / "run", "marl", seeds=1, iterations=1)
     mine = tmp_path / "out" / name
@@ -281,6 +291,7 @@ def test_a_file_in_the_place_of_the_report_is_refused(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text() == "mine"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_earlier_report_is_replaced_and_other_files_stay(tmp_path: Path) -> None:
     write_run(tmp_path / "run", "marl", seeds=1, iterations=1)
     first = build_report([tmp_path / "run"], tmp_path / "out")
@@ -291,6 +302,7 @@ def test_an_earlier_report_is_replaced_and_other_files_stay(tmp_path: Path) -> N
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_reading_a_run_leaves_it_as_it_was(tmp_path: Path) -> None:
     write_run(tmp_path / "run", "gsiirl", completed=False)
     before = content_of(tmp_path / "run")

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from report.synthetic import group_of
 
 from gsiirl.report import ReportFiles
@@ -21,6 +22,7 @@ def test_each_game_has_its_figures(plane_report: ReportFiles) -> None:
         ]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_captions_of_what_was_lived_through_say_who_explores(plane_runs: dict[str, list[Path]]) -> None:
     told = {
         experiment: {

@@ -52,12 +52,14 @@ def test_the_gap_to_marl_is_that_of_the_seeds(plane_runs: dict[str, list[Path]],
     )
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_one_experiment_alone_has_no_table_1(plane_runs: dict[str, list[Path]], tmp_path: Path) -> None:
     files = build_report([path for path in plane_runs["crossing"] if path.name == "marl"], tmp_path / "out")
     assert "table_1" not in table_of(files)
     assert "(here a robot)" in files.page.read_text()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_of_two_games_table_1_shows_the_one_with_more_algorithms_and_says_so(
     plane_runs: dict[str, list[Path]], tmp_path: Path
 ) -> None:

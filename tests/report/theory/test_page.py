@@ -64,6 +64,7 @@ def test_a_missed_bound_is_told_at_once(page: str):
     assert "quick mode" in page
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_findings_that_hold_are_not_called_missed(tmp_path: Path):
     page = write_theory_page(Findings(False, [power_law()]), tmp_path).read_text()
     assert "All 2 bounds hold." in page
@@ -88,6 +89,7 @@ def test_the_same_findings_give_the_same_bytes(folder: Path, tmp_path: Path):
     assert content_of(tmp_path) == content_of(folder)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_words_of_the_findings_are_text_and_nothing_else(tmp_path: Path):
     finding = replace(missed(), claim="<script>alert(1)</script>", title="a < b")
     page = write_theory_page(Findings(False, [finding]), tmp_path).read_text()
@@ -95,6 +97,7 @@ def test_words_of_the_findings_are_text_and_nothing_else(tmp_path: Path):
     assert "&lt;script&gt;" in page
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_finding_without_panels_has_its_table_alone(tmp_path: Path):
     page = write_theory_page(Findings(False, [replace(missed(), panels=[])]), tmp_path).read_text()
     assert "<img" not in page
@@ -102,6 +105,7 @@ def test_a_finding_without_panels_has_its_table_alone(tmp_path: Path):
     assert set(content_of(tmp_path)) == {"index.html"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_takes_findings_alone(folder: Path, tmp_path: Path):
     files = build_report([folder], tmp_path / "out")
     page, table = files.page.read_text(), files.table_markdown.read_text()
@@ -115,6 +119,7 @@ def test_a_report_takes_findings_alone(folder: Path, tmp_path: Path):
     assert sorted(content["files"]) == sorted(content_of(files.page.parent))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_shows_runs_and_then_findings(folder: Path, tmp_path: Path):
     write_run(tmp_path / "run", "marl", seeds=1, iterations=1)
     page = build_report([folder, tmp_path / "run", folder], tmp_path / "out").page.read_text()
@@ -122,6 +127,7 @@ def test_a_report_shows_runs_and_then_findings(folder: Path, tmp_path: Path):
     assert page.index("Final returns") < page.index("The theory, measured")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_two_folders_of_findings_have_their_own_figures(folder: Path, tmp_path: Path):
     Findings(False, [missed()]).write(tmp_path / "full")
     files = build_report([folder, tmp_path / "full"], tmp_path / "out")
@@ -130,6 +136,7 @@ def test_two_folders_of_findings_have_their_own_figures(folder: Path, tmp_path: 
     assert len(ids) == len(set(ids))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_leaves_the_folder_of_the_theory_alone(folder: Path, tmp_path: Path):
     before = content_of(folder)
     with pytest.raises(InputError, match="is in the theory folder"):
