@@ -14,7 +14,7 @@ def theory(
         bool,
         Parameter(
             negative="",
-            help="Fewer games, points and combinations, in about a minute; the same claims and the same bounds.",
+            help="Fewer games, points and combinations, in a few minutes; the same claims and the same bounds.",
         ),
     ] = False,
     out: Annotated[
