@@ -20,15 +20,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from continuous_games import GAMES, experiment_of
 from scipy.stats import chi2
 
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.continuous.run import expert_of, learner_of
-from gsiirl.experiments.crossing import problem as crossing_problem
-from gsiirl.experiments.crossing.config import CrossingConfig
-from gsiirl.experiments.deception import problem as deception_problem
-from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.learners.continuous_learner import Lived
 from gsiirl.types import Sides
@@ -57,17 +54,12 @@ def statistic(one: np.ndarray, other: np.ndarray) -> tuple[float, float, float]:
 def main() -> None:
     """Print a line for each interaction that is looked at."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("game", choices=("deception", "separate_target", "crossing"))
+    parser.add_argument("game", choices=GAMES)
     parser.add_argument("--at", default="20,21", help="iterations looked at; every third one explores: 2, 5, 8, …")
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--episodes", type=int, default=1000)
     arguments = parser.parse_args()
-    if arguments.game == "crossing":
-        config = CrossingConfig().resolved()
-        experiment = crossing_problem.build(config)
-    else:
-        config = DeceptionConfig(variant="mpe" if arguments.game == "deception" else arguments.game).resolved()
-        experiment = deception_problem.build(config)
+    config, experiment = experiment_of(arguments.game)
     expert, truth, discount = expert_of(config, experiment), nearest(experiment), config.discount
     problem = experiment.problem
     learner = learner_of(config, problem)

@@ -12,17 +12,13 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from continuous_games import GAMES, experiment_of
 
 from gsiirl.compilation import OF_A_RUN
 from gsiirl.equilibria.pathwise import TRAINED_RATE, policies_of
 from gsiirl.experiments.continuous.experiment import front_door_of
 from gsiirl.experiments.continuous.judge import Judge
-from gsiirl.experiments.continuous.run import expert_of, learner_of
-from gsiirl.experiments.crossing import problem as crossing_problem
-from gsiirl.experiments.crossing.config import CrossingConfig
-from gsiirl.experiments.deception import problem as deception_problem
-from gsiirl.experiments.deception.config import DeceptionConfig
-from gsiirl.interaction import Meeting, interact
+from gsiirl.experiments.continuous.run import learner_of, prepare_continuous
 from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import Sides
 
@@ -33,32 +29,21 @@ AT_A_TIME = 2
 def main() -> None:
     """Print a line for each of the four pairs of rewards."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("game", choices=("deception", "separate_target", "crossing"))
+    parser.add_argument("game", choices=GAMES)
     parser.add_argument("--seeds", default="20,21,22,23")
     parser.add_argument("--steps", type=int, help="steps to settle for; default those of a run, or of marl")
     arguments = parser.parse_args()
-    if arguments.game == "crossing":
-        config = CrossingConfig().resolved()
-        experiment = crossing_problem.build(config)
-    else:
-        config = DeceptionConfig(variant="mpe" if arguments.game == "deception" else arguments.game).resolved()
-        experiment = deception_problem.build(config)
-    learner, expert = learner_of(config, experiment.problem), expert_of(config, experiment)
+    config, experiment = experiment_of(arguments.game)
+    learner = learner_of(config, experiment.problem)
     true = Judge(config, experiment).true
     steps = arguments.steps or config.settling_steps or config.training_steps
     trainer = front_door_of(config, experiment.problem).solver(steps, TRAINED_RATE)
 
+    run = prepare_continuous(config, experiment).algorithm
+
     def live(key: jax.Array) -> Any:
         start_key, run_key = jax.random.split(key)
-        learner_key, expert_key = jax.random.split(start_key)
-        state = learner.init(learner_key)
-        carry = state, expert.init(expert_key, learner.propose(state).policy)
-
-        def nothing(met: Meeting[Any, Any]) -> dict[str, jax.Array]:
-            return {}
-
-        number = config.iterations
-        return interact(learner, expert, carry, run_key, jnp.asarray(0), number, config.trajectories, nothing)[0]
+        return run.advance(run.init(start_key), run_key, jnp.asarray(0), config.iterations)[0]
 
     def settled(carry: Any, key: jax.Array, expert_learned: jax.Array, own_learned: jax.Array) -> jax.Array:
         state, habits = carry

@@ -16,7 +16,7 @@ PACKAGE = Path(gsiirl.__file__).parent
 LEARNERS = {"interaction", "learners", "experts"}
 
 LAYERS = [
-    {"types"},
+    {"types", "arguments"},
     {"games", "rewards"},
     {"equilibria"},
     {"irl", "problems"},

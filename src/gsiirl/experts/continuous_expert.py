@@ -5,13 +5,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int, PRNGKeyArray
 
+from gsiirl.arguments import discount_of, positive, whole_number
 from gsiirl.equilibria.pathwise import Ascent, Pathwise
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import InputError
 from gsiirl.games.rollout import episodes_from, initial_states
-from gsiirl.games.tabular import whole_number
 from gsiirl.interaction import AbstractExpert, Proposal
-from gsiirl.problems.arguments import discount_of, positive
 from gsiirl.problems.continuous_problem import continuous_game, random_steps, reward_of
 from gsiirl.rewards.continuous import TransitionReward, mean_return
 from gsiirl.types import Interaction, Sides

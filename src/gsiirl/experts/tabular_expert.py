@@ -5,6 +5,7 @@ import abc
 import jax
 from jaxtyping import Array, Float, PRNGKeyArray, PyTree
 
+from gsiirl.arguments import discount_of, positive
 from gsiirl.equilibria.base import AbstractForwardModel
 from gsiirl.equilibria.response import respond
 from gsiirl.errors import InputError
@@ -13,7 +14,6 @@ from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.games.rollout import rollout
 from gsiirl.interaction import AbstractExpert, Proposal
 from gsiirl.irl.estimated_policy import estimated_policy
-from gsiirl.problems.arguments import discount_of, positive
 from gsiirl.problems.problem import joint_payoff
 from gsiirl.types import Interaction, Sides, Trajectories
 

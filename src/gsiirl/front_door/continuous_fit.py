@@ -3,7 +3,7 @@
 import warnings
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cache
-from typing import Any, overload
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -13,22 +13,24 @@ import optax
 import polars
 from jaxtyping import Array, Key, PRNGKeyArray, PyTree
 
+from gsiirl.arguments import positive, whole_number
 from gsiirl.equilibria.pathwise import FOLLOWING_RATE, TRAINED_RATE, Ascent, Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.true_returns import TrueReturns
 from gsiirl.experts.continuous_expert import ContinuousRespondingExpert
+from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked, CheckedExpert
 from gsiirl.front_door.continuous_result import ContinuousResult, ContinuousResults, LearnedTransitionReward
 from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.games.tabular import whole_number
 from gsiirl.interaction import AbstractExpert, ContinuousDemonstrator, live
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps
 from gsiirl.learners.continuous_learner import ContinuousLearner, ContinuousState
-from gsiirl.problems.arguments import positive
 from gsiirl.problems.continuous_problem import ContinuousProblem, single_precision
 from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import Sides, Transition
 
+Met = AbstractExpert[Any] | ContinuousDemonstrator
+"""An expert of the library, or somebody's own."""
 SMALL_GAP = 0.1
 """A gap of features, below which steps of the lower level are damped."""
 HALVED_AFTER = 8.0
@@ -38,7 +40,9 @@ AT_BOUND = 0.999
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class ContinuousGSIIRL:
+class ContinuousGSIIRL(
+    AbstractGSIIRL[AbstractExpert[Any] | ContinuousDemonstrator, ContinuousResult, ContinuousResults]
+):
     """General-sum interactive inverse reinforcement learning for a continuous game; `gsiirl.GSIIRL` makes one of it.
 
     Both sides are networks that ascend their returns by gradients through the dynamics.
@@ -99,61 +103,12 @@ class ContinuousGSIIRL:
     def __repr__(self) -> str:
         return f"ContinuousGSIIRL({self.problem!r})"
 
-    @overload
-    def fit(
-        self,
-        expert: AbstractExpert[Any] | ContinuousDemonstrator,
-        iterations: int = ...,
-        trajectories: int = ...,
-        seed: int = ...,
-        *,
-        seeds: None = ...,
-        progress: bool = ...,
-    ) -> ContinuousResult: ...
-
-    @overload
-    def fit(
-        self,
-        expert: AbstractExpert[Any] | ContinuousDemonstrator,
-        iterations: int = ...,
-        trajectories: int = ...,
-        seed: int = ...,
-        *,
-        seeds: int,
-        progress: bool = ...,
-    ) -> ContinuousResults: ...
-
-    def fit(
-        self,
-        expert: AbstractExpert[Any] | ContinuousDemonstrator,
-        iterations: int = 50,
-        trajectories: int = 100,
-        seed: int = 0,
-        *,
-        seeds: int | None = None,
-        progress: bool = True,
-    ) -> ContinuousResult | ContinuousResults:
-        """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned.
-
-        `seeds` asks for as many runs, of the seeds from `seed` on. A `ContinuousRespondingExpert` is compiled; any
-        other object with `demonstrate(policy, number, key)` is called, once a round and seed.
-
-        Raises:
-            InputError: an argument cannot be, or a demonstration does not fit the game.
-        """
-        game = self.problem.game
-        number, asked = whole_number("iterations", iterations, 1), whole_number("trajectories", trajectories, 1)
-        first = whole_number("seed", seed, 0)
-        several = 1 if seeds is None else whole_number("seeds", seeds, 1)
-        if first + several > 2**31:
-            raise InputError("seed", f"cannot be {seed!r}", "give a whole number below 2147483648")
+    def _lived(self, expert: Met, asked: Asked) -> list[ContinuousResult]:
         with single_precision():
-            met = _met(expert, game)
-            learner = self.learner(number, asked)
-            each_seed = jnp.asarray(np.arange(first, first + several), jnp.int32)
-            keys = jax.vmap(lambda each: jax.random.split(jax.random.key(each), 3))(each_seed)
+            met = _met(expert, self.problem.game)
+            learner, keys = self.learner(asked.iterations, asked.trajectories), asked.keys()
             rows, states = [], None
-            for one in live(learner, met, keys, number, asked, progress):
+            for one in live(learner, met, keys, asked.iterations, asked.trajectories, asked.progress):
                 states = one.states
                 rows.append(jax.tree.map(np.asarray, _report(learner, states)))
             assert states is not None, "there is at least one iteration"
@@ -164,20 +119,23 @@ class ContinuousGSIIRL:
         results = [
             ContinuousResult(
                 problem=self.problem,
-                seed=first + place,
-                trajectories=asked,
+                seed=seed,
+                trajectories=asked.trajectories,
                 policy=_at(place, policies.learner),
                 expert_policy=_at(place, policies.expert),
                 expert_reward=LearnedTransitionReward(self.problem.expert_reward, expert_weights[place]),
                 dependent_reward=LearnedTransitionReward(self.problem.dependent_reward, np.asarray(dependent)[place]),
-                history=_history(self.problem.expert_reward.scale, _at(place, records), asked),
+                history=_history(self.problem.expert_reward.scale, _at(place, records), asked.trajectories),
                 true_returns=self.true_returns,
             )
-            for place in range(several)
+            for place, seed in enumerate(asked.seeds)
         ]
         for each in results:
             _warn(each)
-        return results[0] if seeds is None else ContinuousResults(results)
+        return results
+
+    def _together(self, results: list[ContinuousResult]) -> ContinuousResults:
+        return ContinuousResults(results)
 
     def learner(self, iterations: int, trajectories: int) -> ContinuousLearner:
         """The learner as pure functions, for a run of `iterations` of `trajectories` episodes."""
@@ -261,16 +219,6 @@ def damped(first: float, halved: float) -> optax.GradientTransformation:
     return optax.adam(lambda step: first / (1.0 + step / halved), b2=0.99, eps=SMALL_GAP)
 
 
-class _Checked:
-    """Somebody's own expert, whose demonstrations are checked."""
-
-    def __init__(self, expert: ContinuousDemonstrator, game: AbstractContinuousGame[Any]) -> None:
-        self._expert, self._game = expert, game
-
-    def demonstrate(self, learner_policy: PolicyNetwork, number: int, key: PRNGKeyArray) -> Transition:
-        return checked(self._expert.demonstrate(learner_policy, number, key), self._game, number)
-
-
 def checked(seen: Any, game: AbstractContinuousGame[Any], number: int) -> Transition:
     """Demonstrations of a user's own expert, with the types of the game.
 
@@ -318,11 +266,7 @@ def _met(expert: Any, game: AbstractContinuousGame[Any]) -> Any:
         raise InputError(
             "expert", f"{type(expert).__name__} lives in a finite game", "use a gsiirl.ContinuousRespondingExpert"
         )
-    if not callable(getattr(expert, "demonstrate", None)):
-        raise InputError(
-            "expert", f"{type(expert).__name__} has no demonstrate", "give it demonstrate(policy, number, key)"
-        )
-    return _Checked(expert, game)
+    return CheckedExpert(expert, lambda seen, number: checked(seen, game, number))
 
 
 @eqx.filter_jit
@@ -365,11 +309,11 @@ def _warn(result: ContinuousResult) -> None:
             f"seed {result.seed}: what was learned is not finite: the dynamics, a reward or a feature has no finite "
             "derivative somewhere; a smooth one, or a smaller learning_rate, helps",
             FitWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     if np.linalg.norm(result.dependent_reward.parameters) > AT_BOUND:
         warnings.warn(
             f"seed {result.seed}: the weights of r_ld are at their bound; a larger dependent_scale helps",
             FitWarning,
-            stacklevel=3,
+            stacklevel=4,
         )

@@ -11,13 +11,13 @@ import numpy as np
 import polars
 from jaxtyping import Array, Float, PyTree
 
+from gsiirl.arguments import whole_number
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import InputError
 from gsiirl.evaluation.continuous_result import ContinuousEvaluation, evaluate
 from gsiirl.evaluation.true_returns import TrueReturns
 from gsiirl.front_door.results import AbstractResults
 from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.games.tabular import whole_number
 from gsiirl.problems.continuous_problem import ContinuousProblem, random_steps, reward_of, single_precision
 from gsiirl.rewards.continuous import AbstractTransitionReward, TransitionReward
 from gsiirl.types import Sides, Transition

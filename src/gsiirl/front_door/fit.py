@@ -8,17 +8,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import polars
-from jaxtyping import Array, PRNGKeyArray, PyTree
+from jaxtyping import Array, PyTree
 
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import LAST
 from gsiirl.experts.tabular_expert import SimulatedExpert
+from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked, CheckedExpert
 from gsiirl.front_door.continuous_fit import ContinuousGSIIRL
 from gsiirl.front_door.result import Result, Results
 from gsiirl.games.base import AbstractTabularGame
-from gsiirl.games.tabular import whole_number
 from gsiirl.interaction import AbstractExpert, Demonstrator, live
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel, MatchingLevel
@@ -43,7 +43,7 @@ MATCHING_DEVIATION = 3.0
 """What `lower_level="matching"` takes for the size of a weight, in units of the temperature, where none is given."""
 
 
-class GSIIRL:
+class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
     """General-sum interactive inverse reinforcement learning for a finite game.
 
     Of a continuous game's problem it makes a `ContinuousGSIIRL`, which has settings of its own.
@@ -123,73 +123,24 @@ class GSIIRL:
     def __repr__(self) -> str:
         return f"GSIIRL({self.problem!r})"
 
-    @overload
-    def fit(
-        self,
-        expert: Demonstrator,
-        iterations: int = ...,
-        trajectories: int = ...,
-        seed: int = ...,
-        *,
-        seeds: None = ...,
-        progress: bool = ...,
-    ) -> Result: ...
-
-    @overload
-    def fit(
-        self,
-        expert: Demonstrator,
-        iterations: int = ...,
-        trajectories: int = ...,
-        seed: int = ...,
-        *,
-        seeds: int,
-        progress: bool = ...,
-    ) -> Results: ...
-
-    def fit(
-        self,
-        expert: Demonstrator,
-        iterations: int = 50,
-        trajectories: int = 100,
-        seed: int = 0,
-        *,
-        seeds: int | None = None,
-        progress: bool = True,
-    ) -> Result | Results:
-        """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned.
-
-        `seeds` asks for as many runs, of the seeds from `seed` on. An expert of the library is compiled; any other
-        object with `demonstrate(policy, number, key)` is called, once a round and seed.
-
-        Raises:
-            InputError: an argument cannot be, or a demonstration does not fit the game.
-        """
+    def _lived(self, expert: Demonstrator, asked: Asked) -> list[Result]:
         game = self.problem.game
-        number, asked = whole_number("iterations", iterations, 1), whole_number("trajectories", trajectories, 1)
-        first = whole_number("seed", seed, 0)
-        several = 1 if seeds is None else whole_number("seeds", seeds, 1)
-        if first + several > 2**31:
-            raise InputError("seed", f"cannot be {seed!r}", "give a whole number below 2147483648")
         if isinstance(expert, SimulatedExpert):
             raise InputError(
                 "expert",
                 "a SimulatedExpert is told a reward to act on, and this learner commits to a policy",
                 "use a RespondingExpert, or gsiirl.RewardGSIIRL",
             )
-        if not isinstance(expert, AbstractExpert) and not callable(getattr(expert, "demonstrate", None)):
-            raise InputError(
-                "expert", f"{type(expert).__name__} has no demonstrate", "give it demonstrate(policy, number, key)"
-            )
         if isinstance(expert, AbstractExpert):
             _check_same_game(expert, game)
+            known: Any = expert
+        else:
+            known = CheckedExpert(expert, lambda seen, number: checked(seen, game, number))
         with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
-            learner = jax.tree.map(jnp.asarray, self.learner(number))
-            each_seed = jnp.asarray(np.arange(first, first + several))
-            keys = jax.vmap(lambda each: jax.random.split(jax.random.key(each), 3))(each_seed)
+            learner, keys = jax.tree.map(jnp.asarray, self.learner(asked.iterations)), asked.keys()
             rows, played, states = [], list[np.ndarray](), None
-            met = jax.tree.map(jnp.asarray, expert) if isinstance(expert, AbstractExpert) else _Checked(expert, game)
-            for one in live(learner, met, keys, number, asked, progress):
+            met = jax.tree.map(jnp.asarray, known) if isinstance(known, AbstractExpert) else known
+            for one in live(learner, met, keys, asked.iterations, asked.trajectories, asked.progress):
                 states, policies = one.states, np.asarray(one.policies)
                 played = [*played[1 - max(10, KEPT // policies.size) :], policies]
                 rows.append(jax.tree.map(np.asarray, _report(learner, states)))
@@ -202,22 +153,25 @@ class GSIIRL:
         results = [
             Result.learned(
                 problem=self.problem,
-                seed=first + place,
-                trajectories=asked,
+                seed=seed,
+                trajectories=asked.trajectories,
                 policy=ended.policies.learner[place],
                 expert_policy=ended.policies.expert[place],
                 expert_weights=self.problem.unit * weights["expert"][place],
                 dependent_weights=weights["dependent"][place],
-                history=_history([{name: row[name][place] for name in row} for row in rows], asked),
+                history=_history([{name: row[name][place] for name in row} for row in rows], asked.trajectories),
                 played=np.stack([each[place] for each in played]),
                 effective_draws=float(ended.effective_draws[place]),
                 sampled=bool(ended.sampled[place]),
             )
-            for place in range(several)
+            for place, seed in enumerate(asked.seeds)
         ]
         for each in results:
             _warn(each, learner.draws if self._hand_back == "average" else 0)
-        return results[0] if seeds is None else Results(results)
+        return results
+
+    def _together(self, results: list[Result]) -> Results:
+        return Results(results)
 
     def learner(self, iterations: int) -> CommitmentLearner:
         """The learner as pure functions, for a run of `iterations`."""
@@ -250,16 +204,6 @@ class GSIIRL:
             return LikelihoodLevel(Inference(likelihood, None if deviation is None else np.asarray(deviation)))
         size = (MATCHING_DEVIATION if deviation is None else deviation) * problem.expert_features.number**0.5
         return MatchingLevel(likelihood, Linear(problem.expert_features, size), 1e-3)
-
-
-class _Checked:
-    """Somebody's own expert, whose demonstrations are checked."""
-
-    def __init__(self, expert: Demonstrator, game: AbstractTabularGame) -> None:
-        self._expert, self._game = expert, game
-
-    def demonstrate(self, learner_policy: Array, number: int, key: PRNGKeyArray) -> Trajectories:
-        return checked(self._expert.demonstrate(learner_policy, number, key), self._game, number)
 
 
 def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
@@ -361,14 +305,14 @@ def _warn(result: Result, draws: int) -> None:
             f"seed {result.seed}: the estimate of the expert's reward has not converged "
             f"(it is {last['fit_decrement']:.1e} standard deviations from the maximum); more iterations help",
             FitWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     if draws and result.effective_draws < 0.1 * draws and not result.sampled:
         warnings.warn(
             f"seed {result.seed}: the posterior is far from Gaussian ({result.effective_draws:.1f} of {draws} draws "
             "count), so that the average the policy was chosen by is rough; more trajectories help",
             FitWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     lost = result.history["played_loss"][-LAST:].mean() if "played_loss" in result.history.columns else 0.0
     if result.history.height >= 2 * LAST and lost > UNSURE * _largest_difference(result.problem):  # pyright: ignore[reportOperatorIssue, reportOptionalOperand]
@@ -377,7 +321,7 @@ def _warn(result: Result, draws: int) -> None:
             f"{lost:.2g} less than the best one found (`played_loss`): too little is known of the expert's reward yet; "
             "more iterations or trajectories help",
             FitWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
 
 

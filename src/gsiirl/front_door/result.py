@@ -11,13 +11,13 @@ import jax
 import numpy as np
 import polars
 
+from gsiirl.arguments import positive
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import Evaluation, evaluate
 from gsiirl.front_door.results import AbstractResults
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.games.tabular import TabularGame
-from gsiirl.problems.arguments import positive
 from gsiirl.problems.problem import Problem, StateActionNames, joint_payoff
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
 from gsiirl.runs.files.array_file import write_arrays

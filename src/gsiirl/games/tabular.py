@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
+from gsiirl.arguments import array_of, numbers, whole_number
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import DensePayoff
@@ -107,45 +108,6 @@ class TabularGame(AbstractTabularGame):
         chosen = state, actions.learner, actions.expert
         successor = jax.random.categorical(key, jnp.log(jnp.asarray(self.probabilities)[chosen]))
         return jnp.asarray(self.successors)[chosen][successor]
-
-
-def numbers(argument: str, values: object) -> np.ndarray:
-    """`values` as an array of finite numbers in double precision.
-
-    Raises:
-        InputError: `values` are no numbers, or one is NaN or infinite.
-    """
-    array = array_of(argument, values)
-    if array.dtype.kind not in "biuf":
-        raise InputError(argument, f"holds {array.dtype}, no real numbers", "give an array of numbers")
-    array = array.astype(np.float64)
-    if not np.isfinite(array).all():
-        place = np.argwhere(~np.isfinite(array))[0].tolist()
-        raise InputError(argument, f"is {array[tuple(place)]} at {place}", "give finite numbers")
-    return array
-
-
-def array_of(argument: str, values: object) -> np.ndarray:
-    """`values` as an array.
-
-    Raises:
-        InputError: lists in it differ in length.
-    """
-    try:
-        return np.asarray(values)
-    except ValueError as error:
-        raise InputError(argument, f"is no array ({error})", "give nested lists of one length, or an array") from error
-
-
-def whole_number(argument: str, value: object, least: int) -> int:
-    """`value` as an integer of at least `least`.
-
-    Raises:
-        InputError: it is none.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InputError(argument, f"cannot be {value!r}", f"give a whole number of at least {least}")
-    return int(value)
 
 
 def _successors_of(transitions: object) -> tuple[np.ndarray, np.ndarray]:

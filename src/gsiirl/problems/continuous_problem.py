@@ -10,12 +10,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, Float, Key, PyTree
 
+from gsiirl.arguments import discount_of, positive, whole_number
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractContinuousGame
-from gsiirl.games.tabular import whole_number
-from gsiirl.problems.arguments import discount_of, positive
 from gsiirl.rewards.continuous import (
     AbstractTransitionFeatures,
     AbstractTransitionReward,
@@ -162,9 +161,7 @@ def continuous_game(game: object) -> AbstractContinuousGame[Any]:
 def random_steps(game: AbstractContinuousGame[Any]) -> Transition:
     """`TRIED` first steps with random actions, along a leading axis."""
     with single_precision():
-        return jax.jit(lambda keys: jax.vmap(lambda key: _transition(game, key))(keys))(
-            jax.random.split(jax.random.key(0), TRIED)
-        )
+        return _transitions(game, jax.random.split(jax.random.key(0), TRIED))
 
 
 def reward_of(argument: str, function: object, tried: Transition) -> TransitionReward:
@@ -247,6 +244,12 @@ def _transition(game: AbstractContinuousGame[Any], key: Array) -> Transition:
     ]
     actions = Sides(*draws)
     return Transition(state, actions, game.step(state, actions))
+
+
+@eqx.filter_jit
+def _transitions(game: AbstractContinuousGame[Any], keys: Key[Array, " n"]) -> Transition:
+    # One function of the module: the problem, the expert and the evaluation of a game compile it once.
+    return jax.vmap(lambda key: _transition(game, key))(keys)
 
 
 def _shapes(tree: PyTree) -> Any:

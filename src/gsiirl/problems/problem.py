@@ -7,11 +7,10 @@ from typing import Any, Self, overload
 import jax
 import numpy as np
 
+from gsiirl.arguments import discount_of, numbers, positive
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractContinuousGame, AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff, DensePayoff
-from gsiirl.games.tabular import numbers
-from gsiirl.problems.arguments import discount_of, positive
 from gsiirl.problems.continuous_problem import ContinuousProblem
 from gsiirl.rewards.continuous import AbstractTransitionFeatures, AbstractTransitionReward, TransitionReward
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from gsiirl.arguments import positive
 from gsiirl.errors import InputError
 from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.front_door.result import problem_arrays, problem_from, problem_settings
 from gsiirl.games.tabular import TabularGame
-from gsiirl.problems.arguments import positive
 from gsiirl.problems.problem import Problem, joint_payoff
 
 FIELD = "FILE"

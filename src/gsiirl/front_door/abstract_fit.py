@@ -1,0 +1,112 @@
+"""What `fit` is for both kinds of games: the run that is asked for, and whose expert is met."""
+
+import abc
+from collections.abc import Callable
+from typing import Any, Generic, NamedTuple, TypeVar, overload
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Key, PRNGKeyArray
+
+from gsiirl.arguments import whole_number
+from gsiirl.errors import InputError
+
+Expert = TypeVar("Expert", contravariant=True)
+One = TypeVar("One")
+Many = TypeVar("Many")
+
+
+class Asked(NamedTuple):
+    """The run that is asked for: `iterations` rounds of `trajectories` episodes, for each of the `seeds`."""
+
+    iterations: int
+    trajectories: int
+    seeds: range
+    progress: bool
+
+    def keys(self) -> Key[Array, "seeds 3"]:
+        """Each seed's keys for its start, its rounds and its end."""
+        each_seed = jnp.asarray(np.arange(self.seeds.start, self.seeds.stop), jnp.int32)
+        return jax.vmap(lambda each: jax.random.split(jax.random.key(each), 3))(each_seed)
+
+
+class AbstractGSIIRL(abc.ABC, Generic[Expert, One, Many]):
+    """A learner of one kind of game; one seed gives `One`, several give `Many`."""
+
+    @overload
+    def fit(
+        self,
+        expert: Expert,
+        iterations: int = ...,
+        trajectories: int = ...,
+        seed: int = ...,
+        *,
+        seeds: None = ...,
+        progress: bool = ...,
+    ) -> One: ...
+
+    @overload
+    def fit(
+        self,
+        expert: Expert,
+        iterations: int = ...,
+        trajectories: int = ...,
+        seed: int = ...,
+        *,
+        seeds: int,
+        progress: bool = ...,
+    ) -> Many: ...
+
+    def fit(
+        self,
+        expert: Expert,
+        iterations: int = 50,
+        trajectories: int = 100,
+        seed: int = 0,
+        *,
+        seeds: int | None = None,
+        progress: bool = True,
+    ) -> One | Many:
+        """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned.
+
+        `seeds` asks for as many runs, of the seeds from `seed` on. An expert of the library is compiled; any other
+        object with `demonstrate(policy, number, key)` is called, once a round and seed.
+
+        Raises:
+            InputError: an argument cannot be, or a demonstration does not fit the game.
+        """
+        number, episodes = whole_number("iterations", iterations, 1), whole_number("trajectories", trajectories, 1)
+        first = whole_number("seed", seed, 0)
+        several = 1 if seeds is None else whole_number("seeds", seeds, 1)
+        if first + several > 2**31:
+            raise InputError("seed", f"cannot be {seed!r}", "give a whole number below 2147483648")
+        results = self._lived(expert, Asked(number, episodes, range(first, first + several), progress))
+        return results[0] if seeds is None else self._together(results)
+
+    @abc.abstractmethod
+    def _lived(self, expert: Expert, asked: Asked) -> list[One]:
+        """The result of every seed."""
+
+    @abc.abstractmethod
+    def _together(self, results: list[One]) -> Many:
+        """The results of several seeds as one."""
+
+
+class CheckedExpert:
+    """Somebody's own expert; `check(seen, number)` checks what it demonstrates.
+
+    Raises:
+        InputError: it cannot demonstrate.
+    """
+
+    def __init__(self, expert: Any, check: Callable[[Any, int], Any]) -> None:
+        if not callable(getattr(expert, "demonstrate", None)):
+            raise InputError(
+                "expert", f"{type(expert).__name__} has no demonstrate", "give it demonstrate(policy, number, key)"
+            )
+        self._expert, self._check = expert, check
+
+    def demonstrate(self, learner_policy: Any, number: int, key: PRNGKeyArray) -> Any:
+        """`number` episodes against `learner_policy`."""
+        return self._check(self._expert.demonstrate(learner_policy, number, key), number)
