@@ -25,9 +25,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-import cosmic_ray.commands.init
+
 import cosmic_ray.mutating
 import cosmic_ray.plugins
+from cosmic_ray.commands.init import _all_work_items  # pyright: ignore[reportPrivateUsage]
 
 FOLDERS = ("learners", "irl", "equilibria", "hypergradients", "rewards", "games")
 COPIED = ("src", "tests", "docs", "README.md", "pyproject.toml")
@@ -91,7 +92,7 @@ def of_folder(root: Path, folder: str) -> Iterator[Mutant]:
     """Every mutant of a folder's modules, outside annotations."""
     for path in sorted((root / "src/gsiirl" / folder).rglob("*.py")):
         spared = annotations(path)
-        for item in cosmic_ray.commands.init._all_work_items([path], {}):  # pyright: ignore[reportPrivateUsage]
+        for item in _all_work_items([path], {}):
             [change] = item.mutations
             if not any(start <= change.start_pos <= end for start, end in spared):
                 arguments = json.dumps(change.operator_args, sort_keys=True)
