@@ -126,7 +126,7 @@ spreads = st.sampled_from([1.0, 0.1])
 
 @pytest.mark.parametrize("shape", SHAPES)
 @given(seed=seeds, temperature=temperatures, spread=spreads)
-@settings(max_examples=4)
+@settings(max_examples=2)
 def test_structured_and_dense_solutions_agree_with_the_oracle(shape, seed, temperature, spread):
     payoffs = matching_games(seed, shape, spread)
     assert_oracles_solutions(payoffs, np.full(EXAMPLES, temperature))

@@ -39,6 +39,7 @@ class StageSolution(eqx.Module):
     steps: Int[Array, ""]
 
 
+@jax.jit
 def solve_stage(
     payoffs: Sides[AbstractPayoff],
     temperature: Float[Array, ""],
@@ -68,6 +69,7 @@ def solve_stage(
     )
 
 
+@jax.jit
 def differentiable_log_policies(
     payoffs: Sides[AbstractPayoff],
     temperature: Float[Array, ""],
