@@ -1,6 +1,7 @@
 """What the pages of docs print is what their programs print."""
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -33,9 +34,10 @@ def test_the_program_of_a_continuous_game_of_ones_own_finds_what_the_cat_wants(t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", ["how-to/own-game.md", "commitment.md", "special-cases.md"])
+@pytest.mark.parametrize("page", ["how-to/own-game.md", "how-to/own-expert.md", "commitment.md", "special-cases.md"])
 def test_the_programs_of_a_page_print_what_the_page_says(page: str, tmp_path: Path) -> None:
     program, said = programs_and_outputs(DOCS / page)
+    shutil.copytree(DOCS.parent / "examples", tmp_path / "examples")
     printed = printed_by(program, tmp_path)
     # Word for word; numbers may differ by what another processor's rounding makes of them.
     assert re.sub(NUMBER, "#", printed).split() == re.sub(NUMBER, "#", said).split()

@@ -109,7 +109,8 @@ def test_resuming_a_finished_run_changes_nothing(finished):
     assert {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()} == before
 
 
-@pytest.mark.parametrize("algorithm", [pytest.param("ma-irl", marks=pytest.mark.slow), "marl"])
+@pytest.mark.slow
+@pytest.mark.parametrize("algorithm", ["ma-irl", "marl"])
 def test_baselines_run(algorithm, tmp_path):
     runner.run(tiny_config(algorithm=algorithm, iterations=2), tmp_path / "run")
     summary = RunFolder.open(tmp_path / "run").summary()
