@@ -36,13 +36,14 @@ def read_graphml(content: bytes) -> FileContent:
         if tag == "graphml":
             raise InputError("graphml", f"has the namespace '{shown(namespace)}'", f'give xmlns="{NAMESPACE}"')
         raise InputError("file", f"is no GraphML: it begins with <{shown(tag)}>", "give <graphml> with a <graph>")
-    keys = [_Key.of(key) for key in _inside(root, "key", "graph", "data", "desc", of="the file") if key.tag == "key"]
-    graphs = [graph for graph in root if graph.tag == "graph"]
+    inside = _inside(root, "key", "graph", "data", "desc", of="the file")
+    graphs = [child for child in inside if child.tag == "graph"]
     if not graphs:
         raise InputError("graph", "there is no <graph>", "put the nodes and edges into one")
     if len(graphs) > 1:
         raise InputError("graph", f"there are {len(graphs)} graphs", "keep one graph a file")
-    return _Reader(keys).read(graphs[0])
+    # Some programs declare their keys in the graph.
+    return _Reader([_Key.of(key) for key in (*inside, *graphs[0]) if key.tag == "key"]).read(graphs[0])
 
 
 def _parse(content: bytes) -> Element:
@@ -53,17 +54,9 @@ def _parse(content: bytes) -> Element:
     builder = TreeBuilder()
     parser = expat.ParserCreate(namespace_separator="}")
     parser.buffer_text = True
-    foreign_dtd: list[str] = []
-
-    def refuse_entity(name: str, *_: object) -> None:
-        raise InputError("file", f"declares the XML entity '{shown(name)}'", "write its text in its place")
-
-    def begin_doctype(_name: str, system: str | None, *_: object) -> None:
-        if system is not None:
-            foreign_dtd.append(system)
-
-    parser.EntityDeclHandler = refuse_entity
-    parser.StartDoctypeDeclHandler = begin_doctype
+    dtds: list[str | None] = []
+    parser.EntityDeclHandler = _refuse_entity
+    parser.StartDoctypeDeclHandler = lambda _name, file, *_: dtds.append(file)
     parser.StartElementHandler = lambda tag, attributes: builder.start(tag.removeprefix(NAMESPACE + "}"), attributes)
     parser.EndElementHandler = builder.end
     parser.CharacterDataHandler = builder.data
@@ -75,9 +68,13 @@ def _parse(content: bytes) -> Element:
         mend = "mend it, or save it as GraphML again, in UTF-8"
         raise InputError("file", f"is not XML ({shown(str(error), 100)})", mend) from None
     # Where a DTD of another file might declare it, the parser drops an unknown entity in silence.
-    if foreign_dtd and ENTITY.search(content.replace(b"\0", b"")):
+    if any(dtds) and ENTITY.search(content.replace(b"\0", b"")):
         raise InputError("file", "uses XML entities of another file", "write their text in their place")
     return builder.close()
+
+
+def _refuse_entity(name: str, *_: object) -> None:
+    raise InputError("file", f"declares the XML entity '{shown(name)}'", "write its text in its place")
 
 
 def _inside(element: Element, *known: str, of: str) -> list[Element]:
@@ -114,6 +111,10 @@ class _Key:
         default = (defaults[0].text or "").strip() if defaults else ""
         return cls(identifier, name, key.get("for", "all"), key.get("attr.type", "string"), default or None)
 
+    def fits(self, kind: Kind) -> bool:
+        """Whether it is declared for elements of this kind."""
+        return self.domain in (kind.word, "all")
+
     def read(self, text: str, label: str) -> float | bool | str:
         """What a text stands for."""
         assert self.name is not None
@@ -144,12 +145,18 @@ class _Reader:
     """Collects the nodes and edges of one graph, by the keys that its file declares."""
 
     def __init__(self, keys: Sequence[_Key]) -> None:
-        self.keys: dict[str, _Key] = {}
+        self.keys: dict[Kind, dict[str, _Key]] = {NODE: {}, EDGE: {}}
+        declared: set[tuple[str, str]] = set()
         for key in keys:
-            if key.identifier in self.keys:
+            if key.identifier is None:
+                continue
+            if (key.identifier, key.domain) in declared:
                 raise InputError("key", f"key '{shown(key.identifier)}' is there twice", "keep one of the two")
-            if key.identifier is not None:
-                self.keys[key.identifier] = key
+            declared.add((key.identifier, key.domain))
+            for kind, known in self.keys.items():
+                # Programs give one id to a key of nodes and another of edges.
+                if key.identifier not in known or key.fits(kind):
+                    known[key.identifier] = key
         self.content = FileContent()
         self.defaults = {kind: self._defaults(keys, kind) for kind in (NODE, EDGE)}
 
@@ -157,7 +164,7 @@ class _Reader:
         defaults: dict[str, Any] = {}
         for name in kind.attributes:
             own = [key for key in keys if key.name == name]
-            fitting = [key for key in own if key.domain in (kind.word, "all")]
+            fitting = [key for key in own if key.fits(kind)]
             if not fitting and name != "name":
                 fitting = [key for key in own if key.domain in (NODE.word, EDGE.word)]
             for key in fitting:
@@ -167,11 +174,9 @@ class _Reader:
                 if name in defaults:
                     raise InputError(name, f"{label} has a second default", "keep one of them")
                 defaults[name] = key.read(key.default, f"{label} in its default")
-                if key.domain not in (kind.word, "all"):
+                if not key.fits(kind):
                     self.content.notes.append(f'{label} is read as if it had for="{kind.word}", as {name} needs')
-        self.content.attribute_names[kind] |= {
-            key.name for key in keys if key.name and key.default and key.domain in (kind.word, "all")
-        }
+        self.content.attribute_names[kind] |= {key.name for key in keys if key.name and key.default and key.fits(kind)}
         return defaults
 
     def read(self, graph: Element) -> FileContent:
@@ -196,7 +201,7 @@ class _Reader:
         if given not in ("directed", "undirected", ""):
             raise InputError("edgedefault", f"{label} has '{shown(given)}'", "give directed or undirected")
         directed = given == "directed" if given else directed
-        known = _inside(graph, "node", "edge", "hyperedge", "data", "desc", of=label)
+        known = _inside(graph, "node", "edge", "hyperedge", "key", "data", "desc", of=label)
         return [(element, directed) for element in reversed(known)]
 
     def _node(self, node: Element, directed: bool) -> list[tuple[Element, bool]]:
@@ -209,7 +214,7 @@ class _Reader:
         graphs = [child for child in inside if child.tag == "graph"]
         if node.get("yfiles.foldertype") is not None:
             self.content.groups.add(identifier)
-            names = {key.name for data in inside if (key := self.keys.get(data.get("key", "")))}
+            names = {key.name for data in inside if (key := self.keys[NODE].get(data.get("key", "")))}
             if unread := [name for name in NODE.numbers + NODE.flags if name in names]:
                 self.content.notes.append(
                     f"the group '{shown(identifier)}' is no host: not read is its {', '.join(unread)}"
@@ -246,7 +251,7 @@ class _Reader:
             identifier = data.get("key")
             if identifier is None:
                 raise InputError("data", f"{label} has data without a key", "name the <key>, or remove the data")
-            key = self.keys.get(identifier)
+            key = self.keys[kind].get(identifier)
             if key is None:
                 problem = f"{label} has data of the key '{shown(identifier)}', which is not declared"
                 raise InputError("data", problem, "add the <key>, or remove the data")

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from gsiirl.errors import InputError, NetworkWarning
@@ -44,10 +45,11 @@ def read_network(path: str | Path, variant: Variant = "general_sum") -> AttackNe
     if kind in PACKED or content.startswith(PACKED_BEGINNINGS):
         raise InputError(str(path), "is packed", "unpack it (gunzip, unzip) and give the file inside")
 
-    def say(note: str) -> None:
-        warnings.warn(f"{path}: {note}", NetworkWarning, stacklevel=4)
-
     try:
-        return network_of(READERS[kind](content), path.stem, variant, say)
+        return network_of(READERS[kind](content), path.stem, variant, partial(_say, path))
     except InputError as error:
         raise InputError(f"{path}: {error.field}", error.problem, error.mend) from None
+
+
+def _say(path: Path, note: str) -> None:
+    warnings.warn(f"{path}: {note}", NetworkWarning, stacklevel=4)
