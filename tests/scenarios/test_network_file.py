@@ -451,6 +451,21 @@ def test_an_attribute_of_the_same_name_of_the_other_kind_is_not_taken_for_it(tmp
     assert network.node_names == ("a", "b")
 
 
+def test_keys_may_stand_in_the_graph_and_share_an_id_between_nodes_and_edges(tmp_path: Path):
+    path = tmp_path / "office.graphml"
+    keys = (
+        '<key id="x" for="node" attr.name="value" attr.type="double"/>'
+        '<key id="x" for="edge" attr.name="success_probability" attr.type="double"/>'
+    )
+    edge = '<edge source="a" target="b"><data key="x">0.25</data></edge>'
+    nodes = f'<node id="a">{FOOTHOLD}<data key="x">3</data></node><node id="b"><data key="x">4</data></node>'
+    for text in (graphml(keys, nodes + edge), graphml("", keys + nodes + edge)):
+        path.write_text(text)
+        network = read_network(path)
+        assert network.value.tolist() == [3.0, 4.0]
+        assert network.success_probability.tolist() == [0.25]
+
+
 def test_a_dtd_without_entities_is_no_hindrance(tmp_path: Path):
     path = tmp_path / "office.graphml"
     text = (EXAMPLES / "office.graphml").read_text()
@@ -471,6 +486,14 @@ def test_a_slip_in_a_name_is_seen(tmp_path: Path, name: str):
     else:
         with pytest.warns(NetworkWarning, match=f"'{name}' "):
             assert f"rename '{name}' to value" in refusal(path).mend
+
+
+def test_a_slip_in_what_says_that_a_graph_is_undirected_is_seen(tmp_path: Path):
+    path = tmp_path / "office.json"
+    path.write_text((EXAMPLES / "office.json").read_text().replace('"name": "office"', '"Directed": false'))
+    network, said = read_and_listen(path)
+    assert len(network.edge_names) == 6
+    assert said == "not read: 'Directed' (did you mean directed?)"
 
 
 @pytest.mark.parametrize("name", ["volumes", "val", "weight", "cost", "label", "x" * 1000])

@@ -16,7 +16,7 @@ HARDLY_EVER = 0.01
 
 @dataclass(frozen=True)
 class Kind:
-    """Nodes or edges, and the attributes that we use of them."""
+    """Nodes, edges or both, and the attributes that we use of them."""
 
     word: str
     numbers: tuple[str, ...]
@@ -31,6 +31,8 @@ class Kind:
 
 NODE = Kind("node", numbers=("value", "criticality"), flags=("foothold", "outside"), texts=("name",))
 EDGE = Kind("edge", numbers=("success_probability", "attack_cost", "block_cost"))
+DIRECTION = Kind("direction", numbers=(), flags=("directed",))
+"""What JSON says of a graph and of an edge; GraphML has words of its own for it."""
 
 
 @dataclass(frozen=True)
@@ -105,32 +107,18 @@ def network_of(content: FileContent, name: str, variant: Variant, say: Callable[
     names = _names(hosts, say)
     _refuse_missing(content, hosts, names, ends, mistaken)
 
-    attacks: dict[tuple[int, int], list[Mapping[str, Any]]] = {}
-    both_ways = 0
-    for edge, (source, target) in zip(content.edges, ends, strict=True):
-        for attribute, number in edge.attributes.items():
-            check_number(attribute, edge_label(edge.source, edge.target), number)
-        attacks.setdefault((source, target), []).append(edge.attributes)
-        if not edge.directed and source not in (OUTSIDE, target):
-            both_ways += 1
-            attacks.setdefault((target, source), []).append(edge.attributes)
-    if both_ways:
-        say(f"undirected edges ({both_ways} of {len(ends)}) are read as attacks in both directions")
-    parallel = [f"{len(edges)} edges '{_attack(names, *pair)}'" for pair, edges in attacks.items() if len(edges) > 1]
-    if parallel:
-        say(f"{_some(parallel, 3)}: of parallel edges the likeliest is taken, then the cheapest")
-    best = [min(edges, key=_likeliest_then_cheapest) for edges in attacks.values()]
-    value = [node.attributes["value"] for node in hosts]
+    attacks = _attacks(content.edges, ends, names, say)
+    edges = attacks.values()
     network = AttackNetwork(
         name=content.name or name,
         node_names=names,
-        value=np.array(value),
+        value=np.array([node.attributes["value"] for node in hosts]),
         criticality=np.array([node.attributes.get("criticality", node.attributes["value"]) for node in hosts]),
         edge_source=np.array([source for source, _ in attacks]),
         edge_target=np.array([target for _, target in attacks]),
-        success_probability=np.array([edge["success_probability"] for edge in best]),
-        attack_cost=np.array([edge.get("attack_cost", 0.0) for edge in best]),
-        block_cost=np.array([edge.get("block_cost", 1.0) for edge in best]),
+        success_probability=np.array([edge["success_probability"] for edge in edges]),
+        attack_cost=np.array([edge.get("attack_cost", 0.0) for edge in edges]),
+        block_cost=np.array([edge.get("block_cost", 1.0) for edge in edges]),
         footholds=tuple(node for node, host in enumerate(hosts) if host.attributes.get("foothold", False)),
     ).with_variant(variant)
     start = [OUTSIDE, *network.footholds]
@@ -180,12 +168,13 @@ def _ends(edge: ListedEdge, index: Mapping[str, int], groups: Collection[str]) -
     """The attack that an edge stands for: the numbers of its source and its target."""
     label = edge_label(edge.source, edge.target)
     for end, identifier in (("source", edge.source), ("target", edge.target)):
+        if identifier is None:
+            continue
+        problem = f"{label} has a {end} '{shown(identifier)}' that is"
         if identifier in groups:
-            problem = f"{label} has a {end} '{shown(identifier)}' that is a group of nodes"
-            raise InputError("edges", problem, "draw it to a node in the group")
-        if identifier is not None and identifier not in index:
-            problem = f"{label} has a {end} '{shown(identifier)}' that is no node"
-            raise InputError("edges", problem, "add the node or correct the edge")
+            raise InputError("edges", f"{problem} a group of nodes", "draw it to a node in the group")
+        if identifier not in index:
+            raise InputError("edges", f"{problem} no node", "add the node or correct the edge")
     source = OUTSIDE if edge.source is None else index[edge.source]
     target = index[edge.target]
     if not edge.directed and target == OUTSIDE:
@@ -217,6 +206,30 @@ def _names(hosts: Sequence[ListedNode], say: Callable[[str], None]) -> tuple[str
         labels = [f"'{shown(label)}'" for label in ambiguous]
         say(f"labels that fit several nodes: {_some(labels, 3)}; these nodes are called by their ids")
     return tuple(names)
+
+
+def _attacks(
+    edges: Sequence[ListedEdge],
+    ends: Sequence[tuple[int, int]],
+    names: Sequence[str],
+    say: Callable[[str], None],
+) -> Mapping[tuple[int, int], Mapping[str, Any]]:
+    """Attributes of every attack, by its source and target: of parallel edges the best, of undirected ones two."""
+    parallel: dict[tuple[int, int], list[Mapping[str, Any]]] = {}
+    both_ways = 0
+    for edge, (source, target) in zip(edges, ends, strict=True):
+        for attribute, number in edge.attributes.items():
+            check_number(attribute, edge_label(edge.source, edge.target), number)
+        parallel.setdefault((source, target), []).append(edge.attributes)
+        if not edge.directed and source not in (OUTSIDE, target):
+            both_ways += 1
+            parallel.setdefault((target, source), []).append(edge.attributes)
+    if both_ways:
+        say(f"undirected edges ({both_ways} of {len(edges)}) are read as attacks in both directions")
+    several = [f"{len(same)} edges '{_attack(names, *pair)}'" for pair, same in parallel.items() if len(same) > 1]
+    if several:
+        say(f"{_some(several, 3)}: of parallel edges the likeliest is taken, then the cheapest")
+    return {pair: min(same, key=_likeliest_then_cheapest) for pair, same in parallel.items()}
 
 
 def _refuse_missing(

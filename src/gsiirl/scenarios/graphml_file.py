@@ -261,7 +261,7 @@ class _Reader:
                 continue
             self.content.attribute_names[kind].add(name)
             if name.lower() == "label":
-                shown_label = text
+                shown_label = text.strip()
             if name not in kind.attributes:
                 continue
             if name in found:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gsiirl.errors import InputError
-from gsiirl.scenarios.file_content import EDGE, NODE, FileContent, Kind, ListedEdge, ListedNode, edge_label
+from gsiirl.scenarios.file_content import DIRECTION, EDGE, NODE, FileContent, Kind, ListedEdge, ListedNode, edge_label
 from gsiirl.scenarios.network import shown
 
 
@@ -42,7 +42,11 @@ def read_json(content: bytes) -> FileContent:
         name=name if isinstance(name, str) and name else None,
         nodes=[_node(node, position) for position, node in enumerate(nodes, start=1)],
         edges=[_edge(edge, position, directed is not False) for position, edge in enumerate(edges, start=1)],
-        attribute_names={NODE: {key for node in nodes for key in node}, EDGE: {key for edge in edges for key in edge}},
+        attribute_names={
+            NODE: {key for node in nodes for key in node},
+            EDGE: {key for edge in edges for key in edge},
+            DIRECTION: {key for entry in (document, *edges) for key in entry},
+        },
     )
 
 
