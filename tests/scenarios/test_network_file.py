@@ -426,7 +426,7 @@ def test_a_group_is_no_host(tmp_path: Path):
     path.write_text(graphml("", body + '<edge source="a" target="b"/>'))
     network, said = read_and_listen(path)
     assert network.node_names == ("a", "b")
-    assert said == "the group 'frame' is no host: not read is its value"
+    assert said == "groups are no hosts, so not read: value of 'frame'"
     path.write_text(graphml("", body + '<edge source="a" target="frame"/>'))
     with pytest.warns(NetworkWarning):
         assert "'frame' that is a group" in refusal(path).problem

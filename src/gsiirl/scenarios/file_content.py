@@ -64,8 +64,8 @@ class FileContent:
     nodes: list[ListedNode] = field(default_factory=list)
     edges: list[ListedEdge] = field(default_factory=list)
     name: str | None = None
-    groups: set[str] = field(default_factory=set)
-    """Identifiers of what is no host, but a frame that a drawing has around some."""
+    groups: dict[str, Sequence[str]] = field(default_factory=dict)
+    """What is no host, but a frame that a drawing has around some: by identifier, our attributes that it has."""
     attribute_names: dict[Kind, set[str]] = field(default_factory=lambda: {NODE: set(), EDGE: set()})
     """Names of all attributes, ours or not."""
     notes: list[str] = field(default_factory=list)
@@ -97,6 +97,10 @@ def network_of(content: FileContent, name: str, variant: Variant, say: Callable[
     if mistaken:
         pairs = [f"'{shown(wrong)}' (did you mean {right}?)" for wrong, right in sorted(mistaken.items())]
         say(f"not read: {_some(pairs, 6)}")
+
+    ignored = [f"{', '.join(given)} of '{shown(group)}'" for group, given in content.groups.items() if given]
+    if ignored:
+        say(f"groups are no hosts, so not read: {_some(ignored, 3)}")
 
     index = _index(content.nodes)
     hosts = [node for node in content.nodes if index[node.identifier] != OUTSIDE]

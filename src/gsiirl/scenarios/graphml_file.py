@@ -213,12 +213,8 @@ class _Reader:
         inside = _inside(node, "data", "graph", "port", "desc", of=label)
         graphs = [child for child in inside if child.tag == "graph"]
         if node.get("yfiles.foldertype") is not None:
-            self.content.groups.add(identifier)
             names = {key.name for data in inside if (key := self.keys[NODE].get(data.get("key", "")))}
-            if unread := [name for name in NODE.numbers + NODE.flags if name in names]:
-                self.content.notes.append(
-                    f"the group '{shown(identifier)}' is no host: not read is its {', '.join(unread)}"
-                )
+            self.content.groups[identifier] = [name for name in NODE.numbers + NODE.flags if name in names]
             return [
                 pair for graph in reversed(graphs) for pair in self._elements(graph, f"the graph of {label}", directed)
             ]
