@@ -79,35 +79,37 @@ def grown() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def changed_samples(target: Target, number: int, seed: int) -> Iterator[bytes]:
-    """Samples with a few random changes each: the same for the same seed."""
-    source = random.Random(seed)
-    samples = [WORD.findall(sample) for sample in target.samples if sample]
-    added = [word for text in (*target.words, *EXTREMES) for word in WORD.findall(text.encode(errors="surrogatepass"))]
-    alike: dict[bytes, set[bytes]] = {}
-    for word in (*added, *(word for sample in samples for word in sample)):
-        alike.setdefault(_kind(word), set()).add(word)
-    choices = {kind: sorted(words) for kind, words in alike.items()}
-    for _ in range(number):
-        content = list(source.choice(samples))
+class Changes:
+    """Random changes of an input, most of which leave its syntax as it is, so that what reads on is reached."""
+
+    def __init__(self, target: Target) -> None:
+        added = [text.encode(errors="surrogatepass") for text in (*target.words, *EXTREMES)]
+        self.words = [word for text in added for word in WORD.findall(text)]
+        alike: dict[bytes, set[bytes]] = {}
+        for word in (*self.words, *(word for sample in target.samples for word in WORD.findall(sample))):
+            alike.setdefault(_kind(word), set()).add(word)
+        self.alike = {kind: sorted(words) for kind, words in alike.items()}
+
+    def change(self, content: bytes, source: random.Random) -> bytes:
+        """The input with one to three changes."""
+        words = WORD.findall(content) or [b""]
         for _ in range(source.randint(1, 3)):
-            place = source.choice([place for place, word in enumerate(content) if word.strip()] or [0])
-            word = content[place]
+            place = source.choice([place for place, word in enumerate(words) if word.strip()] or [0])
+            word = words[place]
             match source.randrange(10):
                 case 0:
-                    content[place] = b""
+                    words[place] = b""
                 case 1:
-                    content[place] = source.choice(added)
+                    words[place] = source.choice(self.words)
                 case 2:
                     begin = source.randint(0, len(word))
-                    content[place] = word[:begin] + source.randbytes(1) + word[begin + 1 :]
+                    words[place] = word[:begin] + source.randbytes(1) + word[begin + 1 :]
                 case 3:
                     end = place + source.randint(1, 20)
-                    content[place:end] = content[place:end] * 2
+                    words[place:end] = words[place:end] * 2
                 case _:
-                    # Most changes leave the syntax as it is, so that what reads on is reached.
-                    content[place] = source.choice(choices.get(_kind(word), [word]))
-        yield b"".join(content)
+                    words[place] = source.choice(self.alike.get(_kind(word), [word]))
+        return b"".join(words)
 
 
 def _kind(word: bytes) -> bytes:
@@ -115,6 +117,13 @@ def _kind(word: bytes) -> bytes:
     if word[:1] == b'"':
         return b'"'
     return b"0" if word[:1].isdigit() or word[:1] in (b"-", b"N") else b"a" if word[:1].isalpha() else word
+
+
+def changed_samples(target: Target, number: int, seed: int) -> Iterator[bytes]:
+    """Samples with a few random changes each: the same for the same seed."""
+    source, changes = random.Random(seed), Changes(target)
+    for _ in range(number):
+        yield changes.change(source.choice(target.samples), source)
 
 
 def main(target: Target) -> None:
@@ -143,8 +152,17 @@ def main(target: Target) -> None:
             f"-dict={words}",
             "-max_len=8192",
         ]
+        changes = Changes(target)
+
+        def mutate(content: bytes, longest: int, seed: int) -> bytes:
+            """Our changes every other time, and those that libFuzzer would make."""
+            if seed % 2:
+                return changes.change(content, random.Random(seed))[:longest]
+            return atheris.Mutate(content, longest)
+
         # The first folder is where new inputs are kept.
-        atheris.Setup([*sys.argv, str(seeds), *limits], lambda content: check(target, content))
+        arguments = [*sys.argv, str(seeds), *limits]
+        atheris.Setup(arguments, lambda content: check(target, content), custom_mutator=mutate)
         atheris.Fuzz()
 
 

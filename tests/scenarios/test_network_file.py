@@ -475,7 +475,9 @@ def test_a_dtd_without_entities_is_no_hindrance(tmp_path: Path):
     assert "< server" in read_network(path).node_names
 
 
-@pytest.mark.parametrize("name", ["value", "Value", "VALUE", "val-ue", "vlaue", "valu", "values", "valve"])
+@pytest.mark.parametrize(
+    "name", ["value", "Value", "VALUE", "val-ue", "vlaue", "valu", "vale", "vallue", "values", "valve"]
+)
 def test_a_slip_in_a_name_is_seen(tmp_path: Path, name: str):
     path = tmp_path / "office.json"
     path.write_text(
@@ -486,6 +488,15 @@ def test_a_slip_in_a_name_is_seen(tmp_path: Path, name: str):
     else:
         with pytest.warns(NetworkWarning, match=f"'{name}' "):
             assert f"rename '{name}' to value" in refusal(path).mend
+
+
+def test_only_attacks_that_can_come_first_say_whether_one_will_ever_succeed(tmp_path: Path):
+    path = tmp_path / "office.graphml"
+    edge = '<edge source="{}" target="{}"><data key="p">{}</data></edge>'.format
+    nodes = f'<node id="a">{FOOTHOLD}</node><node id="b">{FOOTHOLD}</node><node id="c"/><node id="d"/>'
+    path.write_text(graphml("", nodes + edge("a", "b", 0.9) + edge("b", "c", 0.001) + edge("c", "d", 0.9)))
+    _, said = read_and_listen(path)
+    assert said.endswith("at most 0.001 a try")
 
 
 def test_a_slip_in_what_says_that_a_graph_is_undirected_is_seen(tmp_path: Path):
