@@ -396,6 +396,17 @@ def test_labels_of_several_nodes_leave_them_their_ids(tmp_path: Path):
     assert said == "labels that fit several nodes: 'web', '4'; these nodes are called by their ids"
 
 
+def test_the_first_label_that_yed_shows_is_the_name(tmp_path: Path):
+    path = tmp_path / "office.graphml"
+    drawn = (
+        "<y:NodeLabel> </y:NodeLabel><y:NodeLabel>web<y:LabelModel/></y:NodeLabel><y:NodeLabel>10.0.0.1</y:NodeLabel>"
+    )
+    node = f'<node id="n0">{FOOTHOLD}<data key="g"><y:ShapeNode xmlns:y="yworks">{drawn}</y:ShapeNode></data></node>'
+    keys = '<key id="g" for="node" yfiles.type="nodegraphics"/>'
+    path.write_text(graphml(keys, node + '<node id="n1"/><edge source="n0" target="n1"/>'))
+    assert read_network(path).node_names == ("web", "n1")
+
+
 def test_a_name_goes_before_a_label(tmp_path: Path):
     path = tmp_path / "office.json"
     nodes = [
