@@ -1,5 +1,6 @@
 """Attack networks from GraphML and JSON files."""
 
+import gzip
 import json
 import warnings
 from collections.abc import Callable
@@ -285,7 +286,6 @@ def test_what_is_no_readable_file_is_refused(tmp_path: Path, name: str):
         ("empty.graphml", b""),
         ("page.xml", b"<html><body/></html>"),
         ("nothing.xml", b"<graphml/>"),
-        ("packed.json", b"\x1f\x8b\x08"),
         ("deep.graphml", b"<graphml><graph>" + b"<node id='x' yfiles.foldertype='group'><graph>" * 50_000),
     ],
 )
@@ -293,6 +293,13 @@ def test_other_content_is_refused(tmp_path: Path, name: str, content: bytes):
     path = tmp_path / name
     path.write_bytes(content)
     refusal(path)
+
+
+@pytest.mark.parametrize("name", ["office.json", "office.graphml", "office.json.gz"])
+def test_a_packed_file_is_to_be_unpacked_whatever_its_name(tmp_path: Path, name: str):
+    path = tmp_path / name
+    path.write_bytes(gzip.compress((EXAMPLES / "office.json").read_bytes()))
+    assert "unpack it" in refusal(path).mend
 
 
 def test_an_unknown_kind_of_file_is_refused_with_the_known_kinds(tmp_path: Path):
