@@ -1,6 +1,7 @@
 import json
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -14,6 +15,7 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.runs import Findings
+from gsiirl.scenarios import load_network
 
 Message = Callable[[list[str]], str]
 
@@ -92,6 +94,23 @@ def test_fields_are_flags(runner: ModuleType, tmp_path: Path, capsys: pytest.Cap
     assert runner.calls == [(expected, out)]
     [line] = capsys.readouterr().out.splitlines()
     assert f"gsiirl report {out}" in line
+
+
+def test_what_is_said_of_a_network_is_said_once_in_a_line(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    # The configuration reads the network of a run, and the run reads it again.
+    runner.__dict__.update(run=lambda config, out: [load_network(config.graph) for _ in range(2)])
+    file = Path(__file__).parent / "data" / "networks" / "undirected.json"
+    assert main(["run", "security", "--graph", str(file), "--out", str(tmp_path / "run")]) == 0
+    [line] = capsys.readouterr().err.splitlines()
+    assert line == f"gsiirl: {file}: undirected edges (1 of 2) are read as attacks in both directions"
+
+
+def test_other_warnings_are_as_python_has_them(runner: ModuleType, tmp_path: Path):
+    runner.__dict__.update(run=lambda config, out: warnings.warn("of another kind", UserWarning, stacklevel=1))
+    with pytest.warns(UserWarning, match="of another kind"):
+        main(["run", "security", "--out", str(tmp_path / "run")])
 
 
 def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Path):

@@ -1,10 +1,12 @@
 """The command line. Nothing heavy is imported before a command needs it, so that `--help` answers at once."""
 
 import sys
-from collections.abc import Iterable, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 from cyclopts import App, Argument, CycloptsError, Parameter, Token
 from cyclopts.exceptions import (
@@ -17,7 +19,7 @@ from cyclopts.exceptions import (
 )
 
 from gsiirl._version import __version__
-from gsiirl.errors import InputError
+from gsiirl.errors import InputError, NetworkWarning
 from gsiirl.program_cache import keep_programs
 
 app = App(
@@ -114,7 +116,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
     keep_programs()
     try:
-        status = app(sys.argv[1:] if argv is None else list(argv))
+        with _network_warnings_as_lines():
+            status = app(sys.argv[1:] if argv is None else list(argv))
     except (InputError, CycloptsError) as error:
         print(f"gsiirl: {error if isinstance(error, InputError) else _as_input_error(error)}", file=sys.stderr)
         return 2
@@ -122,6 +125,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(": ".join(["gsiirl", "interrupted", *map(str, interruption.args)]), file=sys.stderr)
         return 130
     return status if isinstance(status, int) else 0
+
+
+@contextmanager
+def _network_warnings_as_lines() -> Iterator[None]:
+    """What is to be said of a network, in lines like those of errors; each once, however often its file is read."""
+    said: set[str] = set()
+    with warnings.catch_warnings():
+        show_others = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+            if not issubclass(category, NetworkWarning):
+                show_others(message, category, *where, **more)
+            elif str(message) not in said:
+                said.add(str(message))
+                print(f"gsiirl: {message}", file=sys.stderr)
+
+        warnings.showwarning = show
+        warnings.simplefilter("always", NetworkWarning)
+        yield
 
 
 def _run_folders(folders: Iterable[Path]) -> list[Path]:
