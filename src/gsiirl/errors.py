@@ -22,3 +22,7 @@ class InputError(ValueError):
 
 class FitWarning(UserWarning):
     """What was learned may be worse than it looks; the message says what is wrong and what helps."""
+
+
+class NetworkWarning(UserWarning):
+    """A network was read otherwise than its file may seem to say; the message says what was made of it."""

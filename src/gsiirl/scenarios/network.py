@@ -11,8 +11,8 @@ from gsiirl.errors import InputError
 
 Variant = Literal["general_sum", "zero_sum"]
 
-MAXIMUM_NODES = 20
-"""A game of N nodes has up to 2^N states, and its solvers hold arrays over all of them."""
+MAXIMUM_NODES = 1000
+"""More than a game has that fits a computer's memory; how many a run can have depends on its states and edges."""
 
 OUTSIDE = -1
 """Source index of an entry edge."""
@@ -69,10 +69,12 @@ class AttackNetwork:
     def _check_nodes(self) -> None:
         count = len(self.node_names)
         if not 1 <= count <= MAXIMUM_NODES:
-            raise InputError("nodes", f"{count} nodes would give 2^{count} states", f"give 1 to {MAXIMUM_NODES} nodes")
-        for position, name in enumerate(self.node_names):
-            if name in self.node_names[:position]:
+            raise InputError("nodes", f"there are {count} nodes", f"give 1 to {MAXIMUM_NODES} nodes")
+        seen: set[str] = set()
+        for name in self.node_names:
+            if name in seen:
                 raise InputError("nodes", f"node '{name}' is there twice", "give every node a name of its own")
+            seen.add(name)
             if name == "outside":
                 raise InputError(
                     "nodes", "the name 'outside' stands for where entry edges come from", "rename this node"
@@ -99,12 +101,13 @@ class AttackNetwork:
                         field, f"edge {edge} names node {node}", f"give {lowest} to {len(self.node_names) - 1}"
                     )
         labels = [f"edge '{name}'" for name in self.edge_names]
-        pairs = list(zip(self.edge_source.tolist(), self.edge_target.tolist(), strict=True))
-        for edge, (source, target) in enumerate(pairs):
+        pairs: set[tuple[int, int]] = set()
+        for label, source, target in zip(labels, self.edge_source.tolist(), self.edge_target.tolist(), strict=True):
             if source == target:
-                raise InputError("edges", f"{labels[edge]} leads from a node to itself", "remove it")
-            if (source, target) in pairs[:edge]:
-                raise InputError("edges", f"{labels[edge]} is there twice", "keep one of the two")
+                raise InputError("edges", f"{label} leads from a node to itself", "remove it")
+            if (source, target) in pairs:
+                raise InputError("edges", f"{label} is there twice", "keep one of the two")
+            pairs.add((source, target))
         for field in ("success_probability", "attack_cost", "block_cost"):
             self._set_numbers(field, labels)
         for label, probability in zip(labels, self.success_probability.tolist(), strict=True):
