@@ -236,8 +236,11 @@ def _solved(proposal: AbstractSolution) -> Record:
 def _sample_paths(problem: SecurityProblem, played: Array, key: PRNGKeyArray) -> dict[str, Array]:
     """Episodes of the learner's policy and the true expert's response to it."""
     paths = deployed_episodes(problem.truth, played, key)
+    masks = jnp.asarray(problem.game.masks)[paths.states]
+    # A large network's masks are in several words, and in as many columns.
+    words = [masks] if masks.ndim == paths.states.ndim else jnp.moveaxis(masks, -1, 0)
     return {
-        "state": jnp.asarray(problem.game.masks)[paths.states],
+        **{f"state_{word}" if word else "state": each for word, each in enumerate(words)},
         "learner_action": paths.actions.learner,
         "expert_action": paths.actions.expert,
     }
