@@ -11,13 +11,17 @@ from gsiirl.scenarios.random_graph import random_network
 __all__ = [
     "AttackNetwork",
     "Variant",
-    "is_nasim_file",
+    "is_file",
+    "is_own_file",
     "known_scenarios",
     "load_network",
     "nasim_network",
     "random_network",
     "read_network",
 ]
+
+NASIM_FILES = (".yaml", ".yml")
+"""Files in NASim's format."""
 
 
 def load_network(graph: str, variant: Variant = "general_sum") -> AttackNetwork:
@@ -26,7 +30,7 @@ def load_network(graph: str, variant: Variant = "general_sum") -> AttackNetwork:
     Raises:
         InputError: when there is neither, or the file does not hold a valid network.
     """
-    if is_nasim_file(graph):
+    if Path(graph).suffix.lower() in NASIM_FILES:
         from gsiirl.scenarios.nasim_file import read_nasim
 
         return read_nasim(Path(graph), variant)
@@ -35,9 +39,14 @@ def load_network(graph: str, variant: Variant = "general_sum") -> AttackNetwork:
     return nasim_network(graph, variant)
 
 
-def is_nasim_file(graph: str) -> bool:
-    """Whether `graph` names a file in NASim's format."""
-    return Path(graph).suffix.lower() in (".yaml", ".yml")
+def is_own_file(graph: str) -> bool:
+    """Whether `graph` names a network file of our own formats: neither NASim's format nor a scenario's name."""
+    return Path(graph).suffix.lower() in READERS
+
+
+def is_file(graph: str) -> bool:
+    """Whether `graph` names a network file, of our own formats or of NASim's, and no scenario."""
+    return is_own_file(graph) or Path(graph).suffix.lower() in NASIM_FILES
 
 
 def known_scenarios() -> tuple[str, ...]:

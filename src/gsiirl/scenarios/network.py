@@ -154,6 +154,16 @@ class AttackNetwork:
             for source, target in zip(self.edge_source.tolist(), self.edge_target.tolist(), strict=True)
         )
 
+    @property
+    def unit(self) -> float:
+        """What the attacker's rewards are counted in: the largest absolute value or attack cost; 1 where all are 0."""
+        return float(max(abs(self.value).max(), self.attack_cost.max())) or 1.0
+
+    @property
+    def largest_weight(self) -> float:
+        """The largest absolute value, loss or attack cost; 1 where all are 0."""
+        return float(max(abs(self.value).max(), abs(self.criticality).max(), self.attack_cost.max())) or 1.0
+
     def with_variant(self, variant: Variant) -> "AttackNetwork":
         """The same network in another variant; `zero_sum` replaces the criticality by the value."""
         criticality = self.value if variant == "zero_sum" else self.criticality

@@ -1,6 +1,6 @@
 """The states that an attack network's game can reach: sets of compromised nodes, as bitmasks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -21,7 +21,7 @@ class AttackMoves:
         self.source_bit = self.masks(0 if node < 0 else 1 << node for node in network.edge_source.tolist())
         self.target_bit = self.masks(1 << node for node in network.edge_target.tolist())
 
-    def masks(self, bitmasks: Sequence[int]) -> np.ndarray:
+    def masks(self, bitmasks: Iterable[int]) -> np.ndarray:
         """Bitmasks as an array that these moves can be applied to."""
         return np.array(list(bitmasks), dtype=self._kind)
 
