@@ -222,9 +222,8 @@ def _print_end(folder: Path) -> int:
 
     name = shlex.quote(str(folder))
     print(f"The run is in {name}; `gsiirl report {name} --out REPORT` makes its tables and figures.")
-    summary = RunFolder.open(folder).summary()
-    failed = [] if summary is None else summary["failed_seeds"]
-    if not failed:
+    summary = RunFolder.open(folder).summary() if RunFolder.is_at(folder) else None
+    if summary is None or not summary["failed_seeds"]:
         return 0
-    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))}", file=sys.stderr)
-    return 1 if failed == summary["seeds"] else 0
+    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, summary['failed_seeds']))}", file=sys.stderr)
+    return 1 if summary["failed_seeds"] == summary["seeds"] else 0
