@@ -3,6 +3,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from gsiirl.errors import InputError
+from gsiirl.games import attack_graph
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.games.rollout import rollout
 from gsiirl.scenarios.network import AttackNetwork
@@ -59,6 +61,24 @@ def test_a_chain_of_a_hundred_hosts_is_a_game_of_as_many_states_and_one():
     np.testing.assert_array_equal(np.asarray(game.successors)[states, states], states + 1)
     np.testing.assert_array_equal(np.asarray(game.predecessors)[states + 1, states], states)
     np.testing.assert_array_equal(game.initial, np.eye(hosts + 1)[0])
+
+
+def test_a_game_that_no_memory_holds_is_refused_and_not_begun(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(attack_graph, "MOST_ATTACKS", 4000)
+    hosts = 40
+    star = AttackNetwork(
+        name="star",
+        node_names=tuple(f"h{host}" for host in range(hosts)),
+        value=np.ones(hosts),
+        criticality=np.ones(hosts),
+        edge_source=np.full(hosts, -1),
+        edge_target=np.arange(hosts),
+        success_probability=np.full(hosts, 0.5),
+        attack_cost=np.zeros(hosts),
+        block_cost=np.ones(hosts),
+    )
+    with pytest.raises(InputError, match="network: its game has more than 100 states; use a smaller one"):
+        AttackGraph.create(star)
 
 
 def test_sampled_frequencies_are_the_occupancies():

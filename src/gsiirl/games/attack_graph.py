@@ -12,8 +12,11 @@ from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import MatchingPayoff
 from gsiirl.scenarios.network import AttackNetwork
-from gsiirl.scenarios.reachable import AttackMoves, reachable_states, starting_state, words
+from gsiirl.scenarios.reachable import AttackMoves, TooManyStatesError, reachable_states, starting_state, words
 from gsiirl.types import AnyArray, Sides
+
+MOST_ATTACKS = 2**26
+"""Pairs of a state and an edge, of each of which a game holds three numbers."""
 
 
 class AttackGraph(AbstractTabularGame):
@@ -53,13 +56,17 @@ class AttackGraph(AbstractTabularGame):
         compromised.
 
         Raises:
-            InputError: when the horizon is not positive.
+            InputError: when the horizon is not positive, or so many states can be reached that they fill any memory.
         """
         if horizon < 1:
             raise InputError("horizon", f"{horizon} is no number of steps", "give 1 or more")
         moves = AttackMoves(network)
         starts = [starting_state(network)] if starts is None else starts
-        masks = reachable_states(network, starts)
+        most = MOST_ATTACKS // len(network.edge_source)
+        try:
+            masks = reachable_states(network, starts, most)
+        except TooManyStatesError:
+            raise InputError("network", f"its game has more than {most:,} states", "use a smaller one") from None
         active = moves.usable(masks)
         after = masks[:, None] | moves.target_bit
         successors = np.searchsorted(masks, np.where(active, after, masks[:, None]))

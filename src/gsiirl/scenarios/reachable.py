@@ -1,5 +1,6 @@
 """The states that an attack network's game can reach: sets of compromised nodes, as bitmasks."""
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -10,6 +11,10 @@ WORD = 62
 """Nodes whose bits are held together in 64-bit arithmetic; a larger network's masks are Python's own integers."""
 BLOCK = 2**18
 """Attacks that are looked at together."""
+
+
+class TooManyStatesError(Exception):
+    """More states can be reached than were to be counted."""
 
 
 class AttackMoves:
@@ -40,8 +45,12 @@ def starting_state(network: AttackNetwork) -> int:
     return sum(1 << node for node in network.footholds)
 
 
-def reachable_states(network: AttackNetwork, starts: Sequence[int], most: int | None = None) -> np.ndarray | None:
-    """Bitmasks (S,), in order, of the states that can be reached from `starts`; None for more than `most`."""
+def reachable_states(network: AttackNetwork, starts: Sequence[int], most: float = math.inf) -> np.ndarray:
+    """Bitmasks (S,), in order, of the states that can be reached from `starts`.
+
+    Raises:
+        TooManyStatesError: there are more than `most`; they are not counted any further.
+    """
     moves = AttackMoves(network)
     frontier = np.unique(moves.masks(starts))
     layers, counted = [frontier], frontier.size
@@ -51,11 +60,11 @@ def reachable_states(network: AttackNetwork, starts: Sequence[int], most: int | 
         for block in np.array_split(frontier, 1 + frontier.size * moves.target_bit.size // BLOCK):
             found.append(moves.following(block))
             number += found[-1].size
-            if most is not None and counted + number > most:
+            if counted + number > most:
                 found = [np.unique(np.concatenate(found))]
                 number = found[0].size
                 if counted + number > most:
-                    return None
+                    raise TooManyStatesError
         frontier = np.unique(np.concatenate(found))
         layers.append(frontier)
         counted += frontier.size

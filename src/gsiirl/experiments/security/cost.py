@@ -13,7 +13,7 @@ from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.irl.posterior import DENSE
 from gsiirl.learners.commitment_learner import remembered
 from gsiirl.scenarios import AttackNetwork
-from gsiirl.scenarios.reachable import reachable_states, starting_state
+from gsiirl.scenarios.reachable import TooManyStatesError, reachable_states, starting_state
 
 TOGETHER = 2
 """Seeds that are computed at a time."""
@@ -46,20 +46,21 @@ def check_memory(config: SecurityConfig, network: AttackNetwork) -> int:
 
     # What is free may be endless, but not the patience to count.
     most = _largest(lambda states: fits(states, 1), 2**24)
-    counted = reachable_states(network, [starting_state(network)], most)
-    if counted is not None and fits(counted.size, config.seeds):
-        return counted.size
-    states = most + 1 if counted is None else counted.size
-    seeds = 1 if counted is None else config.seeds
-    needed, or_more = memory_needed(config, network, states, seeds), " or more" if counted is None else ""
-    smaller = "use a smaller network or a shorter horizon"
-    if counted is not None:
-        smaller = f"use at most --seeds {_largest(lambda seeds: fits(states, seeds), seeds)}"
+    try:
+        states = reachable_states(network, [starting_state(network)], most).size
+        if fits(states, config.seeds):
+            return states
+        seeds, or_more = config.seeds, ""
+        mend = f"use at most --seeds {_largest(lambda seeds: fits(states, seeds), seeds)}"
+    except TooManyStatesError:
+        states, seeds, or_more = most + 1, 1, " or more"
+        mend = "use a smaller network or a shorter horizon"
+    needed = memory_needed(config, network, states, seeds)
     raise InputError(
         "nodes" if config.graph is None else "graph",
         f"a game of {states:,}{or_more} states and {len(network.edge_names)} edges takes {needed / 1e9:,.1f} "
         f"GB{or_more} of memory, and half of what is free is {half / 1e9:,.1f} GB",
-        smaller,
+        mend,
     )
 
 
