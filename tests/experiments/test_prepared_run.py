@@ -166,3 +166,17 @@ def test_the_experiment_chooses_the_precision(finished, monkeypatch, tmp_path):
         runner.run(CONFIG, tmp_path / "single")
     assert not (tmp_path / "single").exists()
     assert precisions == [False]
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_a_game_that_cannot_be_solved_stops_the_run_before_it_has_a_folder(
+    wrong: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def prepare(config: CrossingConfig, saved_game: Path | None) -> PreparedRun:
+        prepared = walk(config, saved_game)
+        return replace(prepared, references=lambda: {"constant": jnp.asarray(1.0), "truth": jnp.asarray(wrong)})
+
+    monkeypatch.setattr(runner, "_prepare", prepare)
+    with pytest.raises(InputError, match=f"crossing: the game cannot be solved: truth is {wrong}; give a temperature"):
+        runner.run(CONFIG, tmp_path / "run")
+    assert not (tmp_path / "run").exists()

@@ -114,7 +114,7 @@ def _problem(config: GameConfig | SecurityConfig, path: Path) -> Problem:
             own_reward=bilevel.own_reward,
             dependent_value=bilevel.accessed,
             discount=config.discount,
-            temperature=None if config.temperature == "unknown" else config.expert_temperature,
+            temperature=None if config.temperature == "unknown" else float(bilevel.temperature),
             expert_features=bilevel.expert_reward.features,
             dependent_features=bilevel.dependent_reward.features,
         )

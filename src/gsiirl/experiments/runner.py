@@ -26,6 +26,8 @@ from gsiirl.runs import Checkpoint, RunFolder, summarise
 
 ANOTHER_VERSION = "it is of another version: begin the run anew in another folder"
 
+UNSOLVED = "give a temperature nearer to the size of the rewards, or other rewards"
+
 SEEDS_TOGETHER = {"cpu": 2, "gpu": None}
 """Of how many seeds a device computes at a time; None for all. On a CPU more would not fit its caches."""
 
@@ -37,13 +39,15 @@ def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
     """Run an experiment into a new run folder; its progress is shown, or told to `told` instead.
 
     Raises:
-        InputError: when the configuration's game or device, or the folder, cannot be used; nothing is written then.
+        InputError: when the configuration's game or device, or the folder, cannot be used, or the game cannot be
+            solved with its settings; nothing is written then.
     """
     config = config.resolved()
     with jax.enable_x64(config.double_precision), _on_device(config.device):
         prepared = _prepare(config, None)
+        references = _references(config, prepared)
         folder = RunFolder.create(out, config_to_dict(config), prepared.game)
-        _go_on(folder, config, prepared, None, told)
+        _go_on(folder, config, prepared, references, None, told)
 
 
 def resume(path: Path, told: Told | None = None) -> None:
@@ -57,7 +61,8 @@ def resume(path: Path, told: Told | None = None) -> None:
     if folder.is_finished():
         return
     with jax.enable_x64(config.double_precision), _on_device(config.device):
-        _go_on(folder, config, _prepare(config, path / "game.json"), folder.load_checkpoint(), told)
+        prepared = _prepare(config, path / "game.json")
+        _go_on(folder, config, prepared, _references(config, prepared), folder.load_checkpoint(), told)
 
 
 def _prepare(config: ExperimentConfig, saved_game: Path | None) -> PreparedRun:
@@ -65,10 +70,25 @@ def _prepare(config: ExperimentConfig, saved_game: Path | None) -> PreparedRun:
     return pkgutil.resolve_name(config.preparation)(config, saved_game)
 
 
+def _references(config: ExperimentConfig, prepared: PreparedRun) -> dict[str, float]:
+    """What all seeds are compared with.
+
+    Raises:
+        InputError: a number of it is none, so that every figure of the run would be none.
+    """
+    compiled = jax.jit(lambda: prepared.references(), compiler_options=OF_A_RUN[config.device])
+    references = {name: float(value) for name, value in compiled().items()}
+    for name, value in references.items():
+        if not math.isfinite(value):
+            raise InputError(config.experiment, f"the game cannot be solved: {name} is {value}", UNSOLVED)
+    return references
+
+
 def _go_on(
     folder: RunFolder,
     config: ExperimentConfig,
     prepared: PreparedRun,
+    references: dict[str, float],
     checkpoint: Checkpoint | None,
     told: Told | None,
 ) -> None:
@@ -78,7 +98,6 @@ def _go_on(
     compiled = partial(jax.jit, compiler_options=OF_A_RUN[config.device])
     every = partial(over_seeds, SEEDS_TOGETHER[config.device])
     init = compiled(lambda seeds: every(lambda seed: algorithm.init(_keys(seed)[0]), seeds))
-    references = {name: float(value) for name, value in compiled(lambda: prepared.references())().items()}
 
     def advance(states: PyTree, first: Array, number: int) -> tuple[PyTree, Record]:
         return every(lambda seed, state: algorithm.advance(state, _keys(seed)[1], first, number), seeds, states)

@@ -192,7 +192,7 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
             many_starts=self._many_starts,
             informative_rounds=iterations // 2,
             unit=unit,
-            remembered=remembered(problem.game, iterations),
+            remembered=remembered(problem.game.policy_size, iterations),
         )
 
     def _lower(self) -> AbstractLowerLevel:

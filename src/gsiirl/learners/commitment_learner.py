@@ -327,6 +327,6 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         return jax.vmap(best)(believed, logits.reshape(number, lanes, *logits.shape[1:]), values.reshape(number, lanes))
 
 
-def remembered(game: AbstractTabularGame, iterations: int) -> int:
-    """How many interactions are remembered: all, or as many as `MEMORY` holds."""
-    return max(1, min(iterations, max(8, MEMORY // game.policy_size)))
+def remembered(policy_size: int, iterations: int) -> int:
+    """How many interactions are remembered: all, or as many as `MEMORY` holds of policies of so many numbers."""
+    return max(1, min(iterations, max(8, MEMORY // policy_size)))

@@ -12,8 +12,8 @@ from gsiirl.errors import InputError
 
 Variant = Literal["general_sum", "zero_sum"]
 
-MAXIMUM_NODES = 20
-"""A game of N nodes has up to 2^N states, and its solvers hold arrays over all of them."""
+MAXIMUM_NODES = 1000
+"""More than a game has that fits a computer's memory; how many a run can have depends on its states and edges."""
 
 OUTSIDE = -1
 """Source index of an entry edge."""
@@ -70,10 +70,12 @@ class AttackNetwork:
     def _check_nodes(self) -> None:
         count = len(self.node_names)
         if not 1 <= count <= MAXIMUM_NODES:
-            raise InputError("nodes", f"{count} nodes would give 2^{count} states", f"give 1 to {MAXIMUM_NODES} nodes")
-        for position, name in enumerate(self.node_names):
-            if name in self.node_names[:position]:
+            raise InputError("nodes", f"there are {count} nodes", f"give 1 to {MAXIMUM_NODES} nodes")
+        seen: set[str] = set()
+        for name in self.node_names:
+            if name in seen:
                 raise InputError("nodes", f"node '{shown(name)}' is there twice", "give every node a name of its own")
+            seen.add(name)
             if name == "outside":
                 raise InputError(
                     "nodes", "the name 'outside' stands for where entry edges come from", "rename this node"
@@ -100,13 +102,13 @@ class AttackNetwork:
                         field, f"edge {edge} names node {node}", f"give {lowest} to {len(self.node_names) - 1}"
                     )
         labels = [f"edge '{shown(name, 120)}'" for name in self.edge_names]
-        pairs = list(zip(self.edge_source.tolist(), self.edge_target.tolist(), strict=True))
-        if len(set(pairs)) < len(pairs):
-            twice = next(edge for edge, pair in enumerate(pairs) if pair in pairs[:edge])
-            raise InputError("edges", f"{labels[twice]} is there twice", "keep one of the two")
-        for label, (source, target) in zip(labels, pairs, strict=True):
+        pairs: set[tuple[int, int]] = set()
+        for label, source, target in zip(labels, self.edge_source.tolist(), self.edge_target.tolist(), strict=True):
             if source == target:
                 raise InputError("edges", f"{label} leads from a node to itself", "remove it")
+            if (source, target) in pairs:
+                raise InputError("edges", f"{label} is there twice", "keep one of the two")
+            pairs.add((source, target))
         for field in ("success_probability", "attack_cost", "block_cost"):
             self._set_numbers(field, labels)
 
@@ -141,6 +143,16 @@ class AttackNetwork:
             f"{'outside' if source == OUTSIDE else self.node_names[source]} -> {self.node_names[target]}"
             for source, target in zip(self.edge_source.tolist(), self.edge_target.tolist(), strict=True)
         )
+
+    @property
+    def unit(self) -> float:
+        """What the attacker's rewards are counted in: the largest absolute value or attack cost; 1 where all are 0."""
+        return float(max(abs(self.value).max(), self.attack_cost.max())) or 1.0
+
+    @property
+    def largest_weight(self) -> float:
+        """The largest absolute value, loss or attack cost; 1 where all are 0."""
+        return float(max(abs(self.value).max(), abs(self.criticality).max(), self.attack_cost.max())) or 1.0
 
     def with_variant(self, variant: Variant) -> "AttackNetwork":
         """The same network in another variant; `zero_sum` replaces the criticality by the value."""

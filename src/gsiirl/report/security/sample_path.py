@@ -7,6 +7,9 @@ import polars
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.security.recorded_graph import OUTSIDE, RecordedGraph
 
+WORD = 62
+"""Nodes in one column of the states."""
+
 
 @dataclass(frozen=True)
 class PathStep:
@@ -39,14 +42,21 @@ def pick_sample_path(graph: RecordedGraph, run: ReportedRun) -> SamplePath | Non
     Raises:
         InputError: the table of the paths lacks a column.
     """
-    actions = ("expert_action", "learner_action", "state")
-    trajectories = run.trajectories(actions)
+    trajectories = run.trajectories(("expert_action", "learner_action", "state"))
     if not trajectories:
         return None
-    chosen = max(trajectories, key=lambda table: int(table["state"][-1]).bit_count())
-    rows = chosen.select(*actions, following=polars.col("state").shift(-1)).rows()
+    chosen = max(trajectories, key=lambda table: _states(table)[-1].bit_count())
+    states = _states(chosen)
+    rows = zip(chosen["expert_action"], chosen["learner_action"], states, [*states[1:], None], strict=True)
     steps = [_step(graph, *row) for row in rows]
     return SamplePath(int(chosen["seed"][0]), int(chosen["trajectory"][0]), len(trajectories), steps)
+
+
+def _states(table: polars.DataFrame) -> list[int]:
+    """The bitmasks of a trajectory; a large network's are in several columns, `WORD` nodes in each."""
+    names = ["state", *(name for name in table.columns if name.startswith("state_"))]
+    columns = sorted(names, key=lambda name: int(name.removeprefix("state").removeprefix("_") or 0))
+    return [sum(int(word) << WORD * place for place, word in enumerate(row)) for row in table.select(columns).rows()]
 
 
 def _step(graph: RecordedGraph, attack: int, block: int, state: int, following: int | None) -> PathStep:
