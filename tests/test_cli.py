@@ -103,7 +103,7 @@ def test_what_is_said_of_a_network_is_said_once_in_a_line(
     runner.__dict__.update(run=lambda config, out: [load_network(config.graph) for _ in range(2)])
     file = Path(__file__).parent / "data" / "networks" / "undirected.json"
     assert main(["run", "security", "--graph", str(file), "--out", str(tmp_path / "run")]) == 0
-    [line] = [line for line in capsys.readouterr().err.splitlines() if "directed" in line]
+    [line] = [line for line in capsys.readouterr().err.splitlines() if "read as" in line]
     assert line == f"gsiirl: {file}: undirected edges (1 of 2) are read as attacks in both directions"
 
 
