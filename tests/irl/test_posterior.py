@@ -111,6 +111,17 @@ def test_a_fit_comes_back_from_where_a_whole_step_leads_too_far() -> None:
     np.testing.assert_allclose(found.mean, wanted.mean, atol=1e-3)
 
 
+def test_a_costly_fisher_information_is_computed_anew_at_times() -> None:
+    held, steps = np.array([1, 8, 9, 15, 16]), np.arange(-1, 17)
+    every_pair = jax.vmap(jax.vmap(posterior_module.counted_anew, (None, 0)), (0, None))
+    expected = np.zeros((5, 18))
+    # At first of all interactions up to the eighth, and then with every eighth; else of the newest alone.
+    expected[:, 0] = [1, 8, 1, 1, 16]
+    # And in every eighth step of all.
+    expected[:, [8, 16]] = held[:, None]
+    np.testing.assert_array_equal(every_pair(jnp.asarray(held), jnp.asarray(steps)), expected)
+
+
 def test_an_old_fisher_information_leads_to_the_same_estimate(
     memory: Memory[Seen], monkeypatch: pytest.MonkeyPatch
 ) -> None:
