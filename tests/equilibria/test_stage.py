@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import softmax
 
+from gsiirl.equilibria.stage.branch import turns_within
 from gsiirl.equilibria.stage.solve import StageSolution, differentiable_log_policies, solve_stage
 from gsiirl.equilibria.stage.unique import certified_unique
 from gsiirl.games import DensePayoff, MatchingPayoff
@@ -156,6 +157,19 @@ def test_a_fold_shorter_than_a_step_is_seen():
     assert_oracles_solutions(payoffs, np.array([0.06]))
     assert solve_few(payoffs, np.array([0.06])).branch_folds.tolist() == [True]
     assert solve_few(payoffs, np.array([0.3])).branch_folds.tolist() == [False]
+
+
+def test_turns_inside_a_step_are_those_of_the_cubic_with_its_slopes_and_mean():
+    first, last, mean = np.random.default_rng(0).normal(size=(3, 500))
+    found = jax.jit(jax.vmap(turns_within))(first, last, mean)
+    # The cubic's slope first + b t + c t²: `last` at t = 1, and `mean` on average.
+    c = 3 * (first + last) - 6 * mean
+    t = np.linspace(0, 1, 1001)
+    slopes = np.sign(first) * (first + (last - first - c) * t[:, None] + c * t[:, None] ** 2)
+    least = slopes.min(axis=0)
+    clear = np.abs(least) > 1e-3
+    assert 0.1 < np.mean(found) < 0.5
+    np.testing.assert_array_equal(found[clear], ((slopes[-1] > 0) & (least < 0))[clear])
 
 
 def equilibria_from_many_starts(learner: np.ndarray, expert: np.ndarray, temperature: float, seed: int) -> np.ndarray:

@@ -7,9 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from commitment_oracle import Batch, Floats, response
-from small_games import HORIZON, JOINT, expected_counts, finite_game, problem_of
+from small_games import HORIZON, JOINT, expected_counts, finite_game, problem_of, tabular
 
 from gsiirl import GSIIRL
+from gsiirl.irl.dependent_reward import DependentFit
+from gsiirl.learners.commitment_learner import remembered
 
 GAME = finite_game()
 
@@ -38,3 +40,20 @@ def test_what_is_played_to_learn_tells_the_draw_from_the_estimate_best() -> None
 
 def test_the_first_half_of_the_iterations_is_for_learning_alone() -> None:
     assert GSIIRL(problem_of(GAME)).learner(9).informative_rounds == 4
+
+
+def test_f_is_of_the_true_values_of_r_ld_or_of_what_was_read_of_them() -> None:
+    count = np.arange(GAME.dependent.size).reshape(JOINT) % 3
+    read = DependentFit(jnp.asarray(1.0 * count.ravel()), jnp.asarray((count * GAME.dependent).ravel()))
+    own = GAME.own[..., None]
+    unit = np.abs(GAME.dependent + own).max()
+    for feedback, values in (("model", GAME.dependent), ("visited", np.where(count > 0, GAME.dependent, 0.0))):
+        learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME), feedback=feedback).learner(4))
+        table = learner.commitment_of(read).learner_reward.dense()
+        np.testing.assert_allclose(table, (values + own) / unit, atol=1e-9)
+
+
+def test_as_many_interactions_are_remembered_as_there_is_room_for() -> None:
+    # With 3 states, 2 actions of the one side and 3 of the other a policy of 2^14 steps takes 15 * 2^14 numbers.
+    for horizon, iterations, expected in ((3, 50, 50), (2**14, 50, 50), (2**14, 100, 68), (2**20, 50, 8), (3, 0, 1)):
+        assert remembered(tabular(GAME, horizon=horizon), iterations) == expected
