@@ -21,6 +21,7 @@ from cyclopts.exceptions import (
 )
 
 from gsiirl._version import __version__
+from gsiirl.compilation import silence
 from gsiirl.errors import InputError, InputWarning
 from gsiirl.program_cache import keep_programs
 
@@ -117,6 +118,7 @@ def list_known() -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
     keep_programs()
+    silence()
     try:
         with _told_in_lines(), _ended_like_interrupted():
             status = app(sys.argv[1:] if argv is None else list(argv))

@@ -11,6 +11,8 @@ from rich.text import Text
 
 EVERY = 30.0
 """Seconds after which a log gets a line, if nothing new has given it one."""
+FIRST = 5.0
+"""Seconds until the first line: what is refused by then gets no line but the error's."""
 GLANCE = 0.5
 """Seconds between two looks for something new."""
 
@@ -69,8 +71,7 @@ class _Done(MofNCompleteColumn):
 def _write_lines(progress: Progress, ended: threading.Event) -> None:
     """A line whenever a task begins or does something else, and every `EVERY` seconds."""
     written, before = time.monotonic(), ""
-    # What is refused at once gets no line but the error's.
-    while not ended.wait(GLANCE):
+    while not ended.wait(GLANCE if before else FIRST):
         tasks = [task for task in progress.tasks if task.visible]
         doing = "; ".join(task.description for task in tasks)
         if doing and (doing != before or time.monotonic() - written >= EVERY):

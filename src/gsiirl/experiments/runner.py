@@ -40,9 +40,11 @@ def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
             when the folder can no longer be written (the run can be gone on with).
     """
     config = config.resolved()
+    content = config_to_dict(config)
+    # Before what takes long; and again when the game is known.
+    refuse_used(out, content)
     with jax.enable_x64(config.double_precision), _on_device(config.device), _shown(config, told) as tell:
         prepared = _prepare(config, None)
-        content = config_to_dict(config)
         refuse_used(out, content, prepared.game)
         with locked(out, "--out"):
             folder = RunFolder.create(out, content, prepared.game)

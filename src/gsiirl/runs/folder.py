@@ -255,8 +255,8 @@ def _types(columns: Mapping[str, np.ndarray]) -> dict[str, DataTypeClass]:
     return {name: polars.Int64 if name in {*INDEX_COLUMNS, *counted} else polars.Float64 for name in columns}
 
 
-def refuse_used(path: Path, config: dict[str, Any], game: dict[str, Any]) -> None:
-    """See that a run of this configuration and game can begin in `path`; nothing is touched.
+def refuse_used(path: Path, config: dict[str, Any], game: dict[str, Any] | None = None) -> None:
+    """See that a run of this configuration and game (of any, if None) can begin in `path`; nothing is touched.
 
     Raises:
         InputError: it is a file, or a folder with other files or a run, be it this one.
@@ -275,10 +275,12 @@ def refuse_used(path: Path, config: dict[str, Any], game: dict[str, Any]) -> Non
         present = RunFolder.open(path)
     except InputError as error:
         raise InputError(field, f"{path} holds other files or a damaged run", "use a new or empty folder") from error
-    if (present.config, present.game) == (_as_read(versioned(config)), _as_read(versioned(game))):
+    other_game = game is not None and present.game != _as_read(versioned(game))
+    if present.config != _as_read(versioned(config)) or other_game:
+        raise InputError(field, f"{path} holds another run", mend)
+    if game is not None:
         resume = command("resume", path)
         raise InputError(field, f"{path} holds this run already", f"use {resume} or another folder")
-    raise InputError(field, f"{path} holds another run", mend)
 
 
 def _as_read(content: dict[str, Any]) -> dict[str, Any]:

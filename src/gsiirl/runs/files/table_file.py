@@ -34,7 +34,7 @@ def read_table(path: Path, mend: str, carries: bool = False) -> polars.DataFrame
         with _unheard():
             table = polars.read_parquet(content)
     except (polars.exceptions.PolarsError, polars.exceptions.PanicException) as error:
-        raise InputError(str(path), f"is damaged: no valid Parquet ({str(error)[:200]})", mend) from error
+        raise InputError(str(path), f"is damaged: no valid Parquet ({str(error)[:100]})", mend) from error
     for column in table:
         if not (column.dtype.is_numeric() or column.dtype == polars.Boolean) or column.null_count():
             problem = f"is damaged: {column.name} holds {column.dtype}, or lacks a value"
