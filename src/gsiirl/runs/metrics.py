@@ -43,7 +43,10 @@ def read_chunks(folder: Path, chunks: int | None = None, carries: bool = False) 
             raise InputError(str(path), "is missing", START_AGAIN)
     tables = [read_table(path, START_AGAIN, carries) for path in paths]
     for path, table in zip(paths, tables, strict=True):
-        if table.schema != tables[0].schema or [table.schema.get(name) for name in KEY_COLUMNS] != [polars.Int64] * 2:
+        types = {
+            name: polars.Int64 if name in KEY_COLUMNS else polars.Float64 for name in (*KEY_COLUMNS, *table.columns)
+        }
+        if table.schema != tables[0].schema or dict(table.schema) != types:
             raise InputError(str(path), "is damaged: its columns are not those of the other chunks", START_AGAIN)
     if not tables:
         return polars.DataFrame(schema=dict.fromkeys(KEY_COLUMNS, polars.Int64))

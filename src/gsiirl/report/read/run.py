@@ -69,9 +69,9 @@ class ReportedRun:
             completed=summary.completed,
             final={name: np.array(each.per_seed) for name, each in summary.final.items()},
             metrics=metrics.filter(~polars.col("seed").is_in(summary.failed_seeds)),
-            learned=folder.load_learned(),
-            paths=folder.paths(),
-            reward_map=folder.reward_map(),
+            learned=folder.load_learned(summary),
+            paths=folder.paths(summary),
+            reward_map=folder.reward_map(summary),
             wall_seconds=None if environment is None else environment.wall_seconds,
         )
 
