@@ -296,10 +296,10 @@ def test_a_run_on_a_file_says_which_scale_it_takes_the_rewards_to_have(
     path.write_text(json.dumps({"nodes": nodes, "edges": edges}))
     command = ["run", "security", "--graph", str(path), "--out", str(tmp_path / "run")]
     assert main(command) == 0
-    scale = "temperature 480000 (0.4 x the largest value or attack cost), bound of a reward weight 1.2e+06"
+    scale = "temperature 480,000 (0.4 x the largest value or attack cost), bound of a reward weight 1,200,000"
     assert capsys.readouterr().err == f"gsiirl: {path}: {scale}\n"
     assert main([*command, "--temperature", "3"]) == 0
-    assert capsys.readouterr().err == f"gsiirl: {path}: temperature 3, bound of a reward weight 1.2e+06\n"
+    assert capsys.readouterr().err == f"gsiirl: {path}: temperature 3, bound of a reward weight 1,200,000\n"
 
 
 def test_an_interrupted_run_says_how_to_go_on(runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]):

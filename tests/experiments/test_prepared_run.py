@@ -246,3 +246,14 @@ def test_a_folder_that_cannot_be_used_is_told_before_anything_is_prepared(finish
         runner.run(CONFIG, tmp_path / "notes")
     with pytest.raises(InputError, match="holds another run"):
         runner.run(replace(CONFIG, seeds=2), finished)
+
+
+def test_more_seeds_than_the_memory_holds_are_refused_before_there_is_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    # A walk's state is a key and a position, 12 bytes a seed, and four copies of them.
+    monkeypatch.setattr(runner, "available_memory", lambda: 300)
+    with pytest.raises(InputError, match=r"--seeds: 4 take 0\.0 GB of memory, .*; use at most 3$"):
+        runner.run(replace(CONFIG, seeds=4), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+    runner.run(replace(CONFIG, seeds=3), tmp_path / "run")

@@ -18,6 +18,7 @@ from jaxtyping import Array, Key, PyTree
 from gsiirl._version import __version__
 from gsiirl.compilation import OF_A_RUN
 from gsiirl.errors import InputError
+from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
 from gsiirl.program import command
@@ -33,14 +34,17 @@ UNSOLVED = "give a temperature nearer to the size of the rewards, or other rewar
 SEEDS_TOGETHER = {"cpu": 2, "gpu": None}
 """Of how many seeds a device computes at a time; None for all. On a CPU more would not fit its caches."""
 
+COPIES = 4
+"""Of the state of a run, while its checkpoint is written."""
+
 
 def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
     """Run an experiment into a new run folder; its progress is shown, or told to `told` instead.
 
     Raises:
-        InputError: when the configuration's game or device, or the folder, cannot be used, or the game cannot be
-            solved with its settings (nothing is written then), or when the folder can no longer be written (the run can
-            be gone on with).
+        InputError: when the configuration's game or device, or the folder, cannot be used, its seeds take too much
+            memory, or the game cannot be solved with its settings (nothing is written then), or when the folder can no
+            longer be written (the run can be gone on with).
     """
     config = config.resolved()
     content = config_to_dict(config)
@@ -48,6 +52,7 @@ def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
     refuse_used(out, content)
     with jax.enable_x64(config.double_precision), _on_device(config.device), _shown(config, told) as tell:
         prepared = _prepare(config, None)
+        _check_memory(config, prepared)
         references = _references(config, prepared)
         refuse_used(out, content, prepared.game)
         with locked(out, "--out"):
@@ -101,6 +106,17 @@ def _refuse_other(folder: RunFolder, checkpoint: Checkpoint | None, config: Expe
 def _prepare(config: ExperimentConfig, saved_game: Path | None) -> PreparedRun:
     """What the experiment's own `prepare` makes of the configuration; only that experiment's code is imported."""
     return pkgutil.resolve_name(config.preparation)(config, saved_game)
+
+
+def _check_memory(config: ExperimentConfig, prepared: PreparedRun) -> None:
+    """Refuse more seeds than fit into half of the memory that is free, with the copies that a checkpoint makes."""
+    state = jax.eval_shape(lambda: prepared.algorithm.init(_keys(jnp.asarray(0))[0]))
+    each = COPIES * sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(state))
+    available = available_memory()
+    if available is not None and config.seeds * each > available / 2:
+        problem = f"{config.seeds:,} take {config.seeds * each / 1e9:,.1f} GB of memory, and half of what is free"
+        mend = f"use at most {int(available / 2 / each):,}"
+        raise InputError("--seeds", f"{problem} is {available / 2e9:,.1f} GB", mend)
 
 
 def _references(config: ExperimentConfig, prepared: PreparedRun) -> dict[str, float]:

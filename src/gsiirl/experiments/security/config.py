@@ -173,7 +173,7 @@ class SecurityConfig(RunConfig):
         temperature = full.expert_temperature(network)
         given = self.temperature if isinstance(self.temperature, float) else None
         why = f" ({temperature / network.unit:g} x the largest value or attack cost)" if given is None else ""
-        return f"{self.graph}: temperature {temperature:g}{why}, bound of a reward weight {full.reward_bound:g}"
+        return f"{self.graph}: temperature {temperature:,.10g}{why}, bound of a reward weight {full.reward_bound:,.10g}"
 
     def expert_temperature(self, network: "AttackNetwork") -> float:
         """The expert's temperature on the network, whether or not the learner is told."""
