@@ -210,9 +210,13 @@ def test_two_processes_do_not_work_in_one_folder(finished, tmp_path, monkeypatch
     with locked(finished, "--out"):
         # One that is finished has nothing to be kept from.
         runner.resume(finished)
+        assert (finished / lock.LOCK).exists()
         (finished / "summary.json").unlink()
         with pytest.raises(InputError, match="is in use by another process"):
             runner.resume(finished)
+    runner.resume(finished)
+    assert bytes_of(finished) == before
+    (finished / lock.LOCK).touch()
     runner.resume(finished)
     assert bytes_of(finished) == before
     with locked(tmp_path / "new", "--out"), pytest.raises(InputError, match="is in use by another process"):

@@ -23,7 +23,7 @@ from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
 from gsiirl.program import command
 from gsiirl.progress import Begun, Told, shown
-from gsiirl.runs import Checkpoint, Environment, RunFolder, locked, refuse_used, summarise
+from gsiirl.runs import Checkpoint, Environment, RunFolder, clear_lock, locked, refuse_used, summarise
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.damage import START_AGAIN
 
@@ -69,6 +69,7 @@ def resume(path: Path, told: Told | None = None) -> None:
     folder = RunFolder.open(path)
     config = config_from_dict(folder.config, path / "config.json")
     if folder.is_finished():
+        clear_lock(path)
         return
     with (
         jax.enable_x64(config.double_precision),
