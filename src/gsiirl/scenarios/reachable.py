@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from gsiirl.scenarios.network import AttackNetwork
+from gsiirl.scenarios.network import OUTSIDE, AttackNetwork
 
 WORD = 62
 """Nodes whose bits are held together in 64-bit arithmetic; a larger network's masks are Python's own integers."""
@@ -69,6 +69,20 @@ def reachable_states(network: AttackNetwork, starts: Sequence[int], most: float 
         layers.append(frontier)
         counted += frontier.size
     return np.unique(np.concatenate(layers))
+
+
+def reached_nodes(edges: Iterable[tuple[int, int]], footholds: Iterable[int]) -> set[int]:
+    """The nodes that can ever be compromised, with the footholds and `OUTSIDE`."""
+    after: dict[int, list[int]] = {}
+    for source, target in edges:
+        after.setdefault(source, []).append(target)
+    reached = {OUTSIDE, *footholds}
+    pending = list(reached)
+    while pending:
+        new = set(after.get(pending.pop(), [])) - reached
+        reached |= new
+        pending += new
+    return reached
 
 
 def words(masks: np.ndarray) -> np.ndarray:

@@ -10,8 +10,7 @@ from typing import NamedTuple
 from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.irl.posterior import DENSE
-from gsiirl.learners.commitment_learner import remembered
+from gsiirl.limits import DENSE, remembered
 from gsiirl.scenarios import AttackNetwork
 from gsiirl.scenarios.reachable import TooManyStatesError, reachable_states, starting_state
 
@@ -83,6 +82,11 @@ def memory_needed(config: SecurityConfig, network: AttackNetwork, states: int, s
     first_state = 2 * NUMBER * states
     demonstrations = episodes * (3 if config.response == "measured" else 1) * (config.horizon * STEP + first_state)
     return NUMBER * (policies * policy + features) + together * demonstrations
+
+
+def seconds_needed(config: SecurityConfig, network: AttackNetwork, states: int) -> float:
+    """Roughly how long a run takes; twice or half as long is no surprise."""
+    return 60.0 + 1e-3 * config.seeds * config.iterations * states * len(network.edge_names)
 
 
 def _held(config: SecurityConfig, policy: int, weights: int) -> Held:
