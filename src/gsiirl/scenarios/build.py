@@ -13,7 +13,7 @@ from gsiirl.errors import InputError, NetworkWarning
 from gsiirl.scenarios.file_content import FileContent, Numbered, names_of, numbered_of, some
 from gsiirl.scenarios.network import OUTSIDE, AttackNetwork, shown
 from gsiirl.scenarios.network_file import named, read_content
-from gsiirl.scenarios.reachable import reached_nodes
+from gsiirl.scenarios.reachable import reached_nodes, usable_edges
 from gsiirl.scenarios.vulnerabilities import CvssRule, Vulnerability, near, read_vulnerabilities
 
 Pair = tuple[int, int]
@@ -63,29 +63,33 @@ def build_network(topology: Path, vulnerabilities: Path, footholds: Sequence[str
     known = {" ".join(name.split()): node for name, node in numbered.index.items()}
     # The name is what is shown: it goes before the identifier of another host.
     known |= {" ".join(name.split()): node for node, name in enumerate(names)}
-    start = {known[name] for name in _checked("foothold", footholds, known, numbered)}
-    start = (start - {OUTSIDE}) | {node for node, host in enumerate(numbered.hosts) if host.attributes.get("foothold")}
+    start = {node for node, host in enumerate(numbered.hosts) if host.attributes.get("foothold")}
+    start |= set(_found("foothold", footholds, known, numbered))
 
     table = read_vulnerabilities(vulnerabilities, rule)
     for note in table.notes:
         _say(vulnerabilities, note)
     with named(vulnerabilities):
-        _checked("host", [row.host for row in table.rows], known, numbered)
-        sources = [row.source for row in table.rows if row.source not in (None, "outside")]
-        _checked("source", [source for source in sources if source is not None], known, numbered)
+        _found("host", [row.host for row in table.rows], known, numbered)
+        _found("source", [row.source for row in table.rows if row.source], {**known, "outside": OUTSIDE}, numbered)
         exploits = _best(table.rows, known, ways)
         value = _values(table.rows, known)
     if not start and all(source != OUTSIDE for source, _ in exploits):
         raise InputError("foothold", "nothing is compromised at the start", "add --foothold NAME")
 
     reached = reached_nodes(exploits, start)
-    used = {pair: row for pair, row in exploits.items() if pair[0] in reached and pair[1] not in start}
-    closed = set(range(len(names))) - {target for _, target in exploits} - start
+    usable = usable_edges(exploits, start)
+    used = {pair: row for pair, row in exploits.items() if pair in usable}
+    vulnerable = {known[row.host] for row in table.rows if row.probability is not None}
+    closed = set(range(len(names))) - vulnerable - start
+    lost = sum(target in closed for _, target in ways)
     if closed:
-        lost = sum(target in closed for _, target in ways)
         say(f"no vulnerability, so no edge to them ({lost} left out): {_some_of(closed, names)}")
-    if len(used) < len(exploits):
-        say(f"{len(exploits) - len(used)} more edges left out: to a foothold, or from where no attacker gets")
+    if vulnerable - reached:
+        say(f"vulnerable, but no attacker gets next to them: {_some_of(vulnerable - reached, names)}")
+    more = sum(pair not in used for pair in ways) - lost
+    if more:
+        say(f"{more} more edges left out: back to where an attacker came from, or no exploit works from there")
     for node in reached - start - {OUTSIDE}:
         own = numbered.hosts[node].attributes.get("value")
         if node not in value and own is not None:
@@ -126,26 +130,26 @@ def _ways(content: FileContent, numbered: Numbered, say: Say) -> dict[Pair, None
         say(f"undirected edges ({both} of {len(content.edges)}) are read as attacks in both directions")
     if own:
         say(f"edges from a host to itself ({own}) are left out")
-    if any(edge.attributes for edge in content.edges):
-        say("success_probability and costs of its edges are not read: those of the vulnerabilities are taken")
+    given = {name for listed in (*content.nodes, *content.edges) for name in listed.attributes}
+    if strange := given - {"name", "value", "foothold", "outside"}:
+        say(f"not read of the topology: {', '.join(sorted(strange))}")
     return {pair: None for pair in ways if pair[0] != pair[1]}
 
 
-def _checked(field: str, typed: Sequence[str], known: Mapping[str, int], numbered: Numbered) -> list[str]:
-    """Names as they are known; all that are not are named at once."""
+def _found(field: str, typed: Sequence[str], known: Mapping[str, int], numbered: Numbered) -> list[int]:
+    """The numbers of names; all that are not known are named at once."""
     names = [" ".join(name.split()) for name in typed]
-    strange = dict.fromkeys(name for name in names if name not in known)
-    outside = dict.fromkeys(name for name in names if known.get(name) == OUTSIDE)
-    if field != "source" and outside:
-        raise InputError(field, f"'{shown(next(iter(outside)))}' is no host, but a place outside", "name a host")
-    if not strange:
-        return names
     told = []
-    for name in strange:
+    for name in dict.fromkeys(name for name in names if name not in known):
         same = [host.identifier for host in numbered.hosts if " ".join((host.label or "").split()) == name]
         ids = f" (a label of several: give an id, {some([shown(each) for each in same], 3)})"
         told.append(f"'{shown(name)}'{ids if same else near(name, list(known))}")
-    raise InputError(field, f"not in the topology: {some(told, 8)}", "correct the names")
+    if told:
+        raise InputError(field, f"not in the topology: {some(told, 8)}", "correct the names")
+    outside = [name for name in names if known[name] == OUTSIDE]
+    if outside and field != "source":
+        raise InputError(field, f"'{shown(outside[0])}' is no host, but a place outside", "name a host")
+    return [known[name] for name in names]
 
 
 def _best(rows: Sequence[Vulnerability], known: Mapping[str, int], ways: Collection[Pair]) -> dict[Pair, Vulnerability]:

@@ -105,6 +105,10 @@ def read_vulnerabilities(path: Path, rule: CvssRule) -> Vulnerabilities:
             raise InputError(f"{path}: line {line}", "is not UTF-8 text", "save it as 'CSV UTF-8'") from None
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(str(path), f"cannot be read ({reason})", "give a readable file") from None
+    first = text.partition("\n")[0]
+    for mark, word in ((";", "';'"), ("\t", "tabs")):
+        if mark in first and "," not in first:
+            raise InputError(f"{path}: line 1", f"separates columns by {word}", "save it with commas between them")
     lines = _lines(path, text)
     header = next(lines, None)
     if header is None:
@@ -150,9 +154,6 @@ def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
 def _columns(path: Path, line: int, header: Sequence[str]) -> tuple[list[str], list[str]]:
     """The columns by our names, and what is to be said of them."""
     field = f"{path}: line {line}"
-    for mark, word in ((";", "';'"), ("\t", "tabs")):
-        if len(header) == 1 and mark in header[0]:
-            raise InputError(field, f"separates columns by {word}", "save it with commas between the columns")
     columns = ["_".join(name.lower().split()) for name in header]
     for name in columns:
         if name in COLUMNS and columns.count(name) > 1:
@@ -164,8 +165,8 @@ def _columns(path: Path, line: int, header: Sequence[str]) -> tuple[list[str], l
     free = [name for name in COLUMNS if name not in columns]
     meant = [f"'{shown(name)}'{near(name, free)}" for name in others]
     if lacking:
-        problem = f"there is no column {' and none '.join(lacking)}"
-        raise InputError(field, problem, f"add it, or rename one of {', '.join(meant) or 'the others'}")
+        mend = f"add them, or rename {', '.join(meant)}" if meant else "add them"
+        raise InputError(field, f"columns are missing: {', '.join(lacking)}", mend)
     return columns, [f"columns that are not read: {', '.join(meant)}"] if others else []
 
 

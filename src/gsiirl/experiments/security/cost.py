@@ -22,6 +22,10 @@ STEP = 64
 """Bytes of a step of a demonstration."""
 NUMBER = 8
 """Bytes of any other number."""
+COMPILATION = 70.0
+"""Seconds, where no compiled programs are kept from an earlier run."""
+ITERATION, SEARCH = 2.2e-5, 3e-4
+"""Seconds for each number of a policy: of an iteration, and of the search before the first and of what ends a seed."""
 
 
 class Held(NamedTuple):
@@ -85,8 +89,10 @@ def memory_needed(config: SecurityConfig, network: AttackNetwork, states: int, s
 
 
 def seconds_needed(config: SecurityConfig, network: AttackNetwork, states: int) -> float:
-    """Roughly how long a run takes; twice or half as long is no surprise."""
-    return 60.0 + 1e-3 * config.seeds * config.iterations * states * len(network.edge_names)
+    """Roughly how long a run of the default algorithm takes on one core; twice or half as long is no surprise."""
+    policy = config.horizon * states * len(network.edge_names)
+    each_seed = config.iterations * ITERATION + SEARCH
+    return COMPILATION + policy * (SEARCH + config.seeds * each_seed)
 
 
 def _held(config: SecurityConfig, policy: int, weights: int) -> Held:

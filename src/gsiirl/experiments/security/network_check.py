@@ -27,7 +27,7 @@ from gsiirl.scenarios.file_content import (
 )
 from gsiirl.scenarios.network import OUTSIDE, AttackNetwork, shown
 from gsiirl.scenarios.network_file import named, read_content
-from gsiirl.scenarios.reachable import reached_nodes
+from gsiirl.scenarios.reachable import reached_nodes, usable_edges
 
 WIDTH = 80
 READ = {"id", "source", "target", "label", "directed", *NODE.attributes, *EDGE.attributes}
@@ -140,7 +140,7 @@ def check_network(file: str) -> NetworkCheck:
     notes = dict.fromkeys(str(warning.message).removeprefix(f"{Path(file)}: ") for warning in said)
 
     ends = list(zip(network.edge_source.tolist(), network.edge_target.tolist(), strict=True))
-    reached = reached_nodes(ends, network.footholds)
+    reached, usable = reached_nodes(ends, network.footholds), usable_edges(ends, network.footholds)
     states, refused = _counted_states(config, network)
     memory = None if states is None else memory_needed(config, network, states, config.seeds)
     available = available_memory()
@@ -156,11 +156,7 @@ def check_network(file: str) -> NetworkCheck:
         ignored=ignored,
         notes=list(notes),
         unreachable=[name for node, name in enumerate(names) if node not in reached],
-        unusable_edges=[
-            name
-            for name, (source, target) in zip(edge_names, ends, strict=True)
-            if source not in reached or target in network.footholds
-        ],
+        unusable_edges=[name for name, pair in zip(edge_names, ends, strict=True) if pair not in usable],
         states=states,
         memory_bytes=memory,
         allowed_bytes=None if available is None else available / 2,
