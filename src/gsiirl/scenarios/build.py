@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gsiirl.errors import InputError, NetworkWarning
-from gsiirl.scenarios.file_content import FileContent, Numbered, names_of, numbered_of, some
+from gsiirl.scenarios.file_content import FileContent, Numbered, names_of, numbered_of, some, some_names
 from gsiirl.scenarios.network import OUTSIDE, AttackNetwork, shown
 from gsiirl.scenarios.network_file import named, read_content
 from gsiirl.scenarios.reachable import reached_nodes, usable_edges
@@ -213,4 +213,4 @@ def _check_values(value: Mapping[int, float], hosts: Collection[int], names: Seq
 
 
 def _some_of(hosts: Collection[int], names: Sequence[str]) -> str:
-    return some([shown(names[node]) for node in sorted(hosts)], 8)
+    return some_names([names[node] for node in sorted(hosts)], 8)

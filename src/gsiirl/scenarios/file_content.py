@@ -313,6 +313,11 @@ def _attack(names: Sequence[str], source: int, target: int) -> str:
     return f"{'outside' if source == OUTSIDE else shown(names[source])} -> {shown(names[target])}"
 
 
+def some_names(names: Sequence[str], number: int) -> str:
+    """The first names, and how many more there are; one that holds a comma is quoted."""
+    return some([f"'{shown(name)}'" if "," in name else shown(name) for name in names], number)
+
+
 def some(texts: Sequence[str], number: int) -> str:
     """The first of them, and how many more there are."""
     more = [f"{len(texts) - number} more"] if len(texts) > number else []

@@ -24,6 +24,7 @@ from gsiirl.scenarios.file_content import (
     network_of,
     numbered_of,
     some,
+    some_names,
 )
 from gsiirl.scenarios.network import OUTSIDE, AttackNetwork, shown
 from gsiirl.scenarios.network_file import named, read_content
@@ -222,7 +223,7 @@ def _counted_states(config: SecurityConfig, network: AttackNetwork) -> tuple[int
 
 
 def _listed(names: Sequence[str]) -> str:
-    return some([shown(name) for name in names], 8) or "none"
+    return some_names(names, 8) or "none"
 
 
 def _gigabytes(size: float) -> str:
