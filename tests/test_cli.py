@@ -103,7 +103,7 @@ def test_what_is_said_of_a_network_is_said_once_in_a_line(
     runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     # The configuration reads the network of a run, and the run reads it again.
-    runner.__dict__.update(run=lambda config, out: [load_network(config.graph) for _ in range(2)])
+    runner.__dict__.update(run=lambda config, out, told: [load_network(config.graph) for _ in range(2)])
     file = Path(__file__).parent / "data" / "networks" / "undirected.json"
     assert main(["run", "security", "--graph", str(file), "--out", str(tmp_path / "run")]) == 0
     [line] = [line for line in capsys.readouterr().err.splitlines() if "read as" in line]
@@ -111,7 +111,7 @@ def test_what_is_said_of_a_network_is_said_once_in_a_line(
 
 
 def test_other_warnings_are_as_python_has_them(runner: ModuleType, tmp_path: Path):
-    runner.__dict__.update(run=lambda config, out: warnings.warn("of another kind", UserWarning, stacklevel=1))
+    runner.__dict__.update(run=lambda config, out, told: warnings.warn("of another kind", UserWarning, stacklevel=1))
     with pytest.warns(UserWarning, match="of another kind"):
         main(["run", "security", "--out", str(tmp_path / "run")])
 

@@ -19,10 +19,9 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
 from gsiirl.irl.memory import Memory
+from gsiirl.limits import DENSE
 from gsiirl.types import AnyArray
 
-DENSE = 1500
-"""Above as many weights no m x m matrix is held: systems are solved by conjugate gradients."""
 MOST_STEPS = 60
 """Levenberg's steps of one fit; what has not converged then goes on in the next iteration, and says so."""
 RENEWED = 8

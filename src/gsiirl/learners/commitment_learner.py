@@ -35,8 +35,6 @@ from gsiirl.types import Interaction, Policies, Sides
 Explore = Literal["informative", "thompson", "estimate"]
 HandBack = Literal["average", "estimate"]
 Feedback = Literal["model", "visited"]
-MEMORY = 2**24
-"""Numbers that remembered interactions may take: 128 MiB in double precision."""
 LEAST_EFFECTIVE = 0.1
 """Below this share of effective draws, Hamiltonian Monte Carlo takes the weighted draws' place."""
 
@@ -325,8 +323,3 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
             return both[0][: pool.shape[0]]
 
         return jax.vmap(best)(believed, logits.reshape(number, lanes, *logits.shape[1:]), values.reshape(number, lanes))
-
-
-def remembered(policy_size: int, iterations: int) -> int:
-    """How many interactions are remembered: all, or as many as `MEMORY` holds of policies of so many numbers."""
-    return max(1, min(iterations, max(8, MEMORY // policy_size)))

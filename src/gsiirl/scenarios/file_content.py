@@ -72,6 +72,27 @@ class FileContent:
     """What the reader has to tell the user."""
 
 
+@dataclass(frozen=True)
+class Numbered:
+    """The hosts of a file, each known by its place, and the source and target of every edge as such numbers."""
+
+    hosts: list[ListedNode]
+    ends: list[tuple[int, int]]
+    index: Mapping[str, int]
+    """Number of every node by its identifier; `OUTSIDE` for a place outside."""
+
+
+@dataclass(frozen=True)
+class Missing:
+    """An attribute that a game needs, and which nodes or edges of how many have none."""
+
+    attribute: str
+    of: str
+    """`nodes` or `edges`."""
+    total: int
+    without: list[str]
+
+
 def edge_label(source: str | None, target: str) -> str:
     """How messages call an edge."""
     return f"edge '{'outside' if source is None else shown(source)} -> {shown(target)}'"
@@ -96,20 +117,16 @@ def network_of(content: FileContent, name: str, variant: Variant, say: Callable[
         say(note)
     if mistaken:
         pairs = [f"'{shown(wrong)}' (did you mean {right}?)" for wrong, right in sorted(mistaken.items())]
-        say(f"not read: {_some(pairs, 6)}")
+        say(f"not read: {some(pairs, 6)}")
 
     ignored = [f"{', '.join(given)} of '{shown(group)}'" for group, given in content.groups.items() if given]
     if ignored:
-        say(f"groups are no hosts, so not read: {_some(ignored, 3)}")
+        say(f"groups are no hosts, so not read: {some(ignored, 3)}")
 
-    index = _index(content.nodes)
-    hosts = [node for node in content.nodes if index[node.identifier] != OUTSIDE]
-    ends = [_ends(edge, index, content.groups) for edge in content.edges]
-    for field_name, listed in (("nodes", hosts), ("edges", ends)):
-        if not listed:
-            raise InputError(field_name, f"there are 0 {field_name}", "give at least one")
-    names = _names(hosts, say)
-    _refuse_missing(content, hosts, names, ends, mistaken)
+    numbered = numbered_of(content)
+    hosts, ends = numbered.hosts, numbered.ends
+    names = names_of(hosts, say)
+    _refuse_missing(missing(content, numbered, names), mistaken)
 
     attacks = _attacks(content.edges, ends, names, say)
     edges = attacks.values()
@@ -131,6 +148,21 @@ def network_of(content: FileContent, name: str, variant: Variant, say: Callable[
     if likeliest < HARDLY_EVER:
         say(f"a first attack will hardly ever succeed: its success_probability is at most {likeliest:g} a try")
     return network
+
+
+def numbered_of(content: FileContent) -> Numbered:
+    """The hosts and edges of a file by number.
+
+    Raises:
+        InputError: there are none, or an edge has ends that it cannot have.
+    """
+    index = _index(content.nodes)
+    hosts = [node for node in content.nodes if index[node.identifier] != OUTSIDE]
+    ends = [_ends(edge, index, content.groups) for edge in content.edges]
+    for field_name, listed in (("nodes", hosts), ("edges", ends)):
+        if not listed:
+            raise InputError(field_name, f"there are 0 {field_name}", "give at least one")
+    return Numbered(hosts, ends, index)
 
 
 def _mistaken(names: Iterable[str], kind: Kind) -> Iterator[tuple[str, str]]:
@@ -188,7 +220,7 @@ def _ends(edge: ListedEdge, index: Mapping[str, int], groups: Collection[str]) -
     return source, target
 
 
-def _names(hosts: Sequence[ListedNode], say: Callable[[str], None]) -> tuple[str, ...]:
+def names_of(hosts: Sequence[ListedNode], say: Callable[[str], None]) -> tuple[str, ...]:
     """What to call the hosts: the name given, or a label that fits no other host as well, or the identifier."""
     labels = [" ".join((host.label or "").split()) for host in hosts]
     wanted = [
@@ -208,7 +240,7 @@ def _names(hosts: Sequence[ListedNode], say: Callable[[str], None]) -> tuple[str
         names.append(name)
     if ambiguous:
         labels = [f"'{shown(label)}'" for label in ambiguous]
-        say(f"labels that fit several nodes: {_some(labels, 3)}; these nodes are called by their ids")
+        say(f"labels that fit several nodes: {some(labels, 3)}; these nodes are called by their ids")
     return tuple(names)
 
 
@@ -232,43 +264,45 @@ def _attacks(
         say(f"undirected edges ({both_ways} of {len(edges)}) are read as attacks in both directions")
     several = [f"{len(same)} edges '{_attack(names, *pair)}'" for pair, same in parallel.items() if len(same) > 1]
     if several:
-        say(f"{_some(several, 3)}: of parallel edges the likeliest is taken, then the cheapest")
+        say(f"{some(several, 3)}: of parallel edges the likeliest is taken, then the cheapest")
     return {pair: min(same, key=_likeliest_then_cheapest) for pair, same in parallel.items()}
 
 
-def _refuse_missing(
-    content: FileContent,
-    hosts: Sequence[ListedNode],
-    names: Sequence[str],
-    ends: Sequence[tuple[int, int]],
-    mistaken: Mapping[str, str],
-) -> None:
-    """Name everything that is missing at once."""
-    without = {
-        ("value", "nodes", len(hosts)): [
-            f"node '{shown(name)}'" for host, name in zip(hosts, names, strict=True) if "value" not in host.attributes
-        ],
-        ("success_probability", "edges", len(ends)): [
-            f"edge '{_attack(names, *pair)}'"
-            for edge, pair in zip(content.edges, ends, strict=True)
-            if "success_probability" not in edge.attributes
-        ],
-    }
-    without = {key: labels for key, labels in without.items() if labels}
-    if not without:
-        return
-    missing = [attribute for attribute, _, _ in without]
-    mend = "give a number"
-    slips = [f"'{shown(wrong)}' to {right}" for wrong, right in mistaken.items() if right in missing]
-    if slips:
-        mend += f", or rename {_some(slips, 2)}"
-    if sum(map(len, without.values())) == 1:
-        raise InputError(missing[0], f"{without.popitem()[1][0]} has none", mend)
-    problem = " and ".join(
-        f"{len(labels)} of {total} {word} have no {attribute} ({_some(labels, 2)})"
-        for (attribute, word, total), labels in without.items()
+def missing(content: FileContent, numbered: Numbered, names: Sequence[str]) -> list[Missing]:
+    """The attributes that a game needs and that a node or an edge has not."""
+    values = [
+        f"node '{shown(name)}'"
+        for host, name in zip(numbered.hosts, names, strict=True)
+        if "value" not in host.attributes
+    ]
+    probabilities = [
+        f"edge '{_attack(names, *pair)}'"
+        for edge, pair in zip(content.edges, numbered.ends, strict=True)
+        if "success_probability" not in edge.attributes
+    ]
+    both = (
+        Missing("value", "nodes", len(numbered.hosts), values),
+        Missing("success_probability", "edges", len(numbered.ends), probabilities),
     )
-    raise InputError(", ".join(missing), problem, mend)
+    return [each for each in both if each.without]
+
+
+def _refuse_missing(lacking: Sequence[Missing], mistaken: Mapping[str, str]) -> None:
+    """Name everything that is missing at once."""
+    if not lacking:
+        return
+    attributes = [each.attribute for each in lacking]
+    mend = "give a number"
+    slips = [f"'{shown(wrong)}' to {right}" for wrong, right in mistaken.items() if right in attributes]
+    if slips:
+        mend += f", or rename {some(slips, 2)}"
+    if sum(len(each.without) for each in lacking) == 1:
+        raise InputError(attributes[0], f"{lacking[0].without[0]} has none", mend)
+    problem = " and ".join(
+        f"{len(each.without)} of {each.total} {each.of} have no {each.attribute} ({some(each.without, 2)})"
+        for each in lacking
+    )
+    raise InputError(", ".join(attributes), problem, mend)
 
 
 def _likeliest_then_cheapest(edge: Mapping[str, Any]) -> tuple[float, float]:
@@ -279,7 +313,12 @@ def _attack(names: Sequence[str], source: int, target: int) -> str:
     return f"{'outside' if source == OUTSIDE else shown(names[source])} -> {shown(names[target])}"
 
 
-def _some(texts: Sequence[str], number: int) -> str:
+def some_names(names: Sequence[str], number: int) -> str:
+    """The first names, and how many more there are; one that holds a comma is quoted."""
+    return some([f"'{shown(name)}'" if "," in name else shown(name) for name in names], number)
+
+
+def some(texts: Sequence[str], number: int) -> str:
     """The first of them, and how many more there are."""
     more = [f"{len(texts) - number} more"] if len(texts) > number else []
     return ", ".join([*texts[:number], *more])

@@ -1,7 +1,8 @@
 """Attack networks from a user's own file: GraphML or JSON (docs/scenarios.md has both formats)."""
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -32,6 +33,17 @@ def read_network(path: str | Path, variant: Variant = "general_sum") -> AttackNe
         InputError: when the file cannot be read or does not hold a valid network; it names the file and the element.
     """
     path = Path(path)
+    content = read_content(path)
+    with named(path):
+        return network_of(content, path.stem, variant, partial(_say, path))
+
+
+def read_content(path: Path) -> FileContent:
+    """What a .graphml, .xml (GraphML) or .json file lists, whether or not it is enough for a game.
+
+    Raises:
+        InputError: when the file cannot be read; it names the file and the element.
+    """
     kind = path.suffix.lower()
     if kind not in READERS and kind not in PACKED:
         raise InputError(
@@ -45,8 +57,15 @@ def read_network(path: str | Path, variant: Variant = "general_sum") -> AttackNe
     if kind in PACKED or content.startswith(PACKED_BEGINNINGS):
         raise InputError(str(path), "is packed", "unpack it (gunzip, unzip) and give the file inside")
 
+    with named(path):
+        return READERS[kind](content)
+
+
+@contextmanager
+def named(path: Path) -> Iterator[None]:
+    """What is refused inside is said to be of this file."""
     try:
-        return network_of(READERS[kind](content), path.stem, variant, partial(_say, path))
+        yield
     except InputError as error:
         raise InputError(f"{path}: {error.field}", error.problem, error.mend) from None
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.irl.posterior import DENSE
-from gsiirl.learners.commitment_learner import remembered
+from gsiirl.limits import DENSE, remembered
 from gsiirl.scenarios import AttackNetwork
 from gsiirl.scenarios.reachable import TooManyStatesError, reachable_states, starting_state
 
@@ -23,6 +22,10 @@ STEP = 64
 """Bytes of a step of a demonstration."""
 NUMBER = 8
 """Bytes of any other number."""
+COMPILATION = 70.0
+"""Seconds, where no compiled programs are kept from an earlier run."""
+ITERATION, SEARCH = 2.2e-5, 3e-4
+"""Seconds for each number of a policy: of an iteration, and of the search before the first and of what ends a seed."""
 
 
 class Held(NamedTuple):
@@ -83,6 +86,13 @@ def memory_needed(config: SecurityConfig, network: AttackNetwork, states: int, s
     first_state = 2 * NUMBER * states
     demonstrations = episodes * (3 if config.response == "measured" else 1) * (config.horizon * STEP + first_state)
     return NUMBER * (policies * policy + features) + together * demonstrations
+
+
+def seconds_needed(config: SecurityConfig, network: AttackNetwork, states: int) -> float:
+    """Roughly how long a run of the default algorithm takes on one core; twice or half as long is no surprise."""
+    policy = config.horizon * states * len(network.edge_names)
+    each_seed = config.iterations * ITERATION + SEARCH
+    return COMPILATION + policy * (SEARCH + config.seeds * each_seed)
 
 
 def _held(config: SecurityConfig, policy: int, weights: int) -> Held:
