@@ -15,7 +15,7 @@ from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.progress import nobody
+from gsiirl.program.progress import nobody
 from gsiirl.runs import Findings, RunFolder, Summary
 from gsiirl.runs.files.json_file import write_json
 from gsiirl.scenarios import load_network
@@ -129,7 +129,7 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         (
             "secruity",
             "secruity: is no command of `gsiirl`; "
-            "choose from run, resume, evaluate, reproduce, ablation, theory, report, list",
+            "choose from run, resume, network, evaluate, reproduce, ablation, theory, report, list",
         ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
@@ -277,8 +277,7 @@ def test_failed_seeds_are_named_at_the_end(
     failed: list[int], status: int, runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     folder = make_run(tmp_path / "run")
-    summary = {"format_version": 1, "completed": True, "seeds": [4, 5], "failed_seeds": failed}
-    (folder / "summary.json").write_text(json.dumps(summary))
+    RunFolder.open(folder).write_summary(Summary("security", "gsiirl", [4, 5], failed, 5, completed=True, final={}))
     for command in (["run", "security", "--out"], ["resume"]):
         assert main([*command, str(folder)]) == status
         captured = capsys.readouterr()

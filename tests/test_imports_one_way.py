@@ -57,12 +57,11 @@ SIBLINGS = [
 FRONT_DOOR = {("front_door", "evaluation")}
 """A result is judged by `result.evaluate`, so that a user needs no other import."""
 
-EVERYWHERE = {"compilation", "errors", "limits", "program", "program_cache", "progress", "_version"}
+EVERYWHERE = {"compilation", "errors", "limits", "program", "program_cache", "_version"}
 
 WITHOUT_JAX = {
     "program",
     "program_cache",
-    "progress",
     "__init__",
     "__main__",
     "_version",

@@ -25,8 +25,8 @@ from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.program import command
-from gsiirl.progress import nobody
+from gsiirl.program.command import command
+from gsiirl.program.progress import nobody
 
 MOST_JOBS = 1000
 

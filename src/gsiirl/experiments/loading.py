@@ -13,7 +13,7 @@ from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.front_door.result import MEND, Result, check_shapes, problem_from
 from gsiirl.problems.problem import Problem
-from gsiirl.program import command
+from gsiirl.program.command import command
 from gsiirl.runs import RunFolder
 from gsiirl.runs.files.array_file import read_versioned_arrays
 from gsiirl.runs.files.checksum import carries_checksum

@@ -21,8 +21,8 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
-from gsiirl.program import command
-from gsiirl.progress import Begun, Told, shown
+from gsiirl.program.command import command
+from gsiirl.program.progress import Begun, Told, shown
 from gsiirl.runs import Checkpoint, Environment, RunFolder, clear_lock, locked, refuse_used, summarise
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.damage import START_AGAIN

@@ -12,7 +12,7 @@ import polars
 from polars.datatypes import DataTypeClass
 
 from gsiirl.errors import InputError
-from gsiirl.program import command
+from gsiirl.program.command import command
 from gsiirl.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from gsiirl.runs.environment import Environment
 from gsiirl.runs.files.atomic import ASIDE, refuse_unwritable, write_atomically

@@ -17,7 +17,7 @@ from gsiirl.cli import main
 from gsiirl.experiments.config import ExperimentConfig, config_to_dict
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
-from gsiirl.program import installing
+from gsiirl.program.command import installing
 from gsiirl.runs import RunFolder, summarise
 
 HORIZON, EPISODES, HIDDEN = 4, 3, 5

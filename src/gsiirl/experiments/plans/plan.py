@@ -6,7 +6,7 @@ from pathlib import Path
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict
 from gsiirl.experiments.plans.planned_run import PlannedRun, do, is_finished
-from gsiirl.progress import nobody
+from gsiirl.program.progress import nobody
 from gsiirl.runs import RunFolder, clear_lock
 from gsiirl.runs.files.damage import refuse_unreadable
 

@@ -9,7 +9,7 @@ import numpy as np
 import polars
 
 from gsiirl.errors import InputError
-from gsiirl.program import command
+from gsiirl.program.command import command
 from gsiirl.report.read.estimate import Estimate
 from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, summarise
 from gsiirl.runs.files.damage import START_AGAIN

@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from gsiirl import progress
-from gsiirl.progress import Begun, shown
+from gsiirl.program import progress
+from gsiirl.program.progress import Begun, shown
 
 
 @pytest.fixture(autouse=True)

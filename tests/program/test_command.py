@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gsiirl.program import command, installing
+from gsiirl.program.command import command, installing
 
 
 @pytest.fixture
