@@ -102,13 +102,22 @@ def game(
 
 def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, quiet: bool, flags: dict[str, Any]) -> int:
     configuration = load_config_file(kind, file, flags)
-    if isinstance(configuration, SecurityConfig) and (scales := configuration.scales_of_file()):
-        print(f"gsiirl: {scales}", file=sys.stderr)
+    if isinstance(configuration, SecurityConfig):
+        _say_before(configuration)
     from gsiirl.experiments import runner
 
     with _resumable(out):
         runner.run(configuration, out, nobody if quiet else None)
     return _print_end(out)
+
+
+def _say_before(config: SecurityConfig) -> None:
+    """The scale of the rewards in a file, and the time of a long run."""
+    from gsiirl.experiments.security.cost import warning_of
+
+    for line in (config.scales_of_file(), warning_of(config.resolved())):
+        if line is not None:
+            print(f"gsiirl: {line}", file=sys.stderr)
 
 
 def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /, *, quiet: Quiet = False) -> int:

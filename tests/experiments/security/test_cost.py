@@ -1,6 +1,7 @@
 """What a run takes is known before anything is compiled."""
 
 import json
+import re
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pytest
 from gsiirl.errors import InputError
 from gsiirl.experiments.security import cost
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.experiments.security.cost import check_memory, memory_needed
+from gsiirl.experiments.security.cost import check_memory, memory_needed, warning_of
 
 GIGABYTE = 10**9
 
@@ -125,3 +126,12 @@ def test_nothing_runs_where_nothing_is_free(tmp_path: Path, monkeypatch: pytest.
     config = config_of(tmp_path, chain(3))
     with pytest.raises(InputError, match=r"half of what is free is 0\.0 GB"):
         check_memory(config, config.network())
+
+
+@pytest.mark.usefixtures("free")
+def test_a_long_run_is_warned_of_and_not_refused(tmp_path: Path):
+    long = warning_of(config_of(tmp_path, star(12)))
+    assert long is not None
+    assert re.fullmatch(r"this run takes about \d+ hours of a processor", long)
+    assert warning_of(config_of(tmp_path, star(12), iterations=1, seeds=1)) is None
+    assert warning_of(SecurityConfig(graph="small").resolved()) is None
