@@ -10,7 +10,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import softmax
 
+from gsiirl.equilibria.stage import newton as newton_module
 from gsiirl.equilibria.stage.branch import turns_within
+from gsiirl.equilibria.stage.equations import ALL
 from gsiirl.equilibria.stage.solve import StageSolution, differentiable_log_policies, solve_stage
 from gsiirl.equilibria.stage.unique import certified_unique
 from gsiirl.games import DensePayoff, MatchingPayoff
@@ -131,6 +133,14 @@ spreads = st.sampled_from([1.0, 0.1])
 def test_structured_and_dense_solutions_agree_with_the_oracle(shape, seed, temperature, spread):
     payoffs = matching_games(seed, shape, spread)
     assert_oracles_solutions(payoffs, np.full(EXAMPLES, temperature))
+
+
+def test_newtons_method_ends_after_its_most_steps_at_the_latest(monkeypatch):
+    monkeypatch.setattr(newton_module, "NEWTON_STEPS", 3)
+    payoff = DensePayoff(jnp.asarray([[1.0, 0.0], [0.0, 0.5]]))
+    one, start = jnp.asarray(1.0), uniform(Sides(payoff, payoff))
+    found = jax.jit(lambda: newton_module.newton(Sides(payoff, payoff), one, start, -one, one > 0, ALL))()
+    assert int(found.steps) == 3
 
 
 def test_a_branch_that_passes_close_by_is_not_taken_for_the_principal_one():
