@@ -10,6 +10,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from gsiirl.errors import InputError
+from gsiirl.scenarios.file_content import some
 from gsiirl.scenarios.network import shown
 
 REQUIRED = ("host", "name")
@@ -119,7 +120,7 @@ def read_vulnerabilities(path: Path, rule: CvssRule) -> Vulnerabilities:
         raise InputError(str(path), "has no row below its header", "give a row for each vulnerability")
     nothing = [str(row.line) for row in rows if row.probability is None]
     if nothing:
-        notes.append(f"a cvss of 0 is no vulnerability: left out line {', '.join(nothing)}")
+        notes.append(f"a cvss of 0 is no vulnerability: left out line {some(nothing, 12)}")
     if any(row.by_cvss for row in rows):
         notes.append(f"probability = {rule} (--probability-of-cvss or a column probability says otherwise)")
     return Vulnerabilities(rows, notes)
@@ -165,9 +166,9 @@ def _columns(path: Path, line: int, header: Sequence[str]) -> tuple[list[str], l
     free = [name for name in COLUMNS if name not in columns]
     meant = [f"'{shown(name)}'{near(name, free)}" for name in others]
     if lacking:
-        mend = f"add them, or rename {', '.join(meant)}" if meant else "add them"
+        mend = f"add them, or rename {some(meant, 4)}" if meant else "add them"
         raise InputError(field, f"columns are missing: {', '.join(lacking)}", mend)
-    return columns, [f"columns that are not read: {', '.join(meant)}"] if others else []
+    return columns, [f"columns that are not read: {some(meant, 12)}"] if others else []
 
 
 WANTED: Mapping[str, tuple[str, float, float]] = {
