@@ -13,7 +13,8 @@ from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.runs import Findings
+from gsiirl.runs import Findings, RunFolder, Summary
+from gsiirl.runs.files.json_file import write_json
 
 Message = Callable[[list[str]], str]
 
@@ -66,8 +67,8 @@ def refused(capsys: pytest.CaptureFixture[str]) -> Message:
 def make_run(folder: Path, config: ExperimentConfig | None = None, **changes: object) -> Path:
     folder.mkdir(parents=True)
     game = {"format_version": 1, "kind": "attack_graph"}
-    (folder / "config.json").write_text(json.dumps(config_to_dict(config or SecurityConfig()) | changes))
-    (folder / "game.json").write_text(json.dumps(game))
+    write_json(folder / "config.json", config_to_dict(config or SecurityConfig()) | changes)
+    write_json(folder / "game.json", game)
     return folder
 
 
@@ -183,7 +184,7 @@ def test_a_bad_configuration_file_gets_one_line(content: str, message: str, refu
 
 
 def test_bad_input_found_by_the_runner_gets_one_line(runner: ModuleType, refused: Message):
-    def run(config: SecurityConfig, out: Path) -> None:
+    def run(config: SecurityConfig, out: Path, told: object) -> None:
         raise InputError("--graph", f"{config.graph} is not known", "see `gsiirl list`")
 
     runner.__dict__["run"] = run
@@ -199,7 +200,7 @@ def test_settings_that_do_not_go_together_get_one_line(refused: Message, tmp_pat
 
 
 def test_an_error_of_the_program_keeps_its_traceback(runner: ModuleType):
-    def run(config: SecurityConfig, out: Path) -> None:
+    def run(config: SecurityConfig, out: Path, told: object) -> None:
         raise ValueError("a fault")
 
     runner.__dict__["run"] = run
@@ -238,8 +239,8 @@ def test_reproduce_runs_the_plan_and_reports_it(
         runner.calls.append((config, folder))
         make_run(folder, config.resolved())
         failed = [1] if folder == tmp_path / "crossing" / "paper" else []
-        summary = {"format_version": 1, "completed": True, "failed_seeds": failed}
-        (folder / "summary.json").write_text(json.dumps(summary))
+        summary = Summary(config.experiment, config.algorithm, [0, 1], failed, 5, completed=True, final={})
+        RunFolder.open(folder).write_summary(summary)
 
     runner.__dict__["run"] = run
     command = ["reproduce", "--quick", "--jobs", "1", "--out", str(tmp_path)]

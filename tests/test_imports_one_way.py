@@ -56,10 +56,12 @@ SIBLINGS = [
 FRONT_DOOR = {("front_door", "evaluation")}
 """A result is judged by `result.evaluate`, so that a user needs no other import."""
 
-EVERYWHERE = {"compilation", "errors", "program_cache", "_version"}
+EVERYWHERE = {"compilation", "errors", "program", "program_cache", "progress", "_version"}
 
 WITHOUT_JAX = {
+    "program",
     "program_cache",
+    "progress",
     "__init__",
     "__main__",
     "_version",

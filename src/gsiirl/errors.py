@@ -1,4 +1,4 @@
-"""The one error a user meets for bad input."""
+"""The one error a user meets for bad input, and the warnings."""
 
 
 class InputError(ValueError):
@@ -18,6 +18,10 @@ class InputError(ValueError):
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
         return type(self), (self.field, self.problem, self.mend)
+
+
+class InputWarning(UserWarning):
+    """Something that was read may be other than it looks; the message says what in one line."""
 
 
 class FitWarning(UserWarning):

@@ -136,8 +136,8 @@ def test_diverging_seeds_are_named_and_the_run_ends(finished, monkeypatch, tmp_p
     runner.run(CONFIG, tmp_path / "run")
     summary = RunFolder.open(tmp_path / "run").summary()
     assert summary is not None
-    assert (summary["completed"], summary["failed_seeds"]) == (True, diverging)
-    assert bool(summary["final"]) == (number < 3)
+    assert (summary.completed, summary.failed_seeds) == (True, diverging)
+    assert bool(summary.final) == (number < 3)
 
 
 def test_a_checkpoint_of_another_shape_is_refused(finished, monkeypatch):

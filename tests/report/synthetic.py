@@ -8,7 +8,7 @@ import numpy as np
 
 from gsiirl.report.read.group import GameGroup, group_runs
 from gsiirl.report.read.run import ReportedRun
-from gsiirl.runs import RunFolder, summarise
+from gsiirl.runs import Environment, RunFolder, summarise
 
 Edge = tuple[str | None, str, float]
 
@@ -110,7 +110,7 @@ def write_run(
     if algorithm != "marl":
         _save_learned(run, algorithm, seeds, failed_seed, random)
     run.save_paths(_paths(content, seeds, random))
-    run.write_environment({"versions": {"gsiirl": "0.1.0"}, "device": "cpu", "wall_seconds": 83.2})
+    run.write_environment(Environment(gsiirl="0.1.0", device="cpu", wall_seconds=83.2))
     if completed:
         run.write_summary(summarise(run.config, run.metrics(), completed=True))
     return run

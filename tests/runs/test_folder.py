@@ -1,11 +1,13 @@
 """A run folder can be made, opened and refused."""
 
+import json
 from pathlib import Path
 
 import pytest
+from resealing import rewrite
 
 from gsiirl.errors import InputError
-from gsiirl.runs import RunFolder
+from gsiirl.runs import Environment, RunFolder, Statistics, Summary
 
 CONFIG = {"format_version": 1, "experiment": "security", "algorithm": "gsiirl", "seeds": 3, "temperature": 0.1 + 0.2}
 GAME = {"format_version": 1, "kind": "attack_graph", "name": "tiny", "variant": "general_sum", "horizon": 10}
@@ -13,6 +15,19 @@ GAME = {"format_version": 1, "kind": "attack_graph", "name": "tiny", "variant": 
 
 def content_of(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def unseal(folder: Path) -> None:
+    """Make the JSON files of a run folder those of an earlier version, without checksums."""
+    for path in folder.glob("*.json"):
+        content = json.loads(path.read_text())
+        path.write_text(json.dumps({name: value for name, value in content.items() if name != "checksum"}))
+
+
+def summary_of(nash_gap: float) -> Summary:
+    return Summary(
+        "security", "gsiirl", [0], [], 3, completed=True, final={"nash_gap": Statistics(nash_gap, 0.0, [1.0])}
+    )
 
 
 def one_line(error: pytest.ExceptionInfo[InputError]) -> str:
@@ -71,7 +86,7 @@ def test_the_same_run_is_known_through_tuples(tmp_path: Path) -> None:
         RunFolder.create(tmp_path / "run", {**CONFIG, "sizes": (1, 2)}, GAME)
 
 
-@pytest.mark.parametrize("name", ["notes.txt", "config.json"])
+@pytest.mark.parametrize("name", ["notes.txt", "config.json", "game.json"])
 def test_a_folder_with_other_files_is_refused_and_left_alone(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("mine")
     with pytest.raises(InputError) as error:
@@ -108,15 +123,22 @@ def test_opening_what_is_no_run_is_refused(tmp_path: Path) -> None:
     ("content", "problem"),
     [
         ("{", "no valid JSON"),
+        (100_000 * "[", "no valid JSON"),
         ('{"format_version": 1, "value": NaN}', "no valid JSON"),
+        ('{"format_version": 1, "value": 1e999}', "value is no number of a sensible size"),
+        ('{"format_version": 1, "value": [1e101]}', "value[0] is no number of a sensible size"),
+        ('{"format_version": 1, "value": "\\ud800"}', "no valid JSON"),
         ("[1]", "no JSON object"),
         ('{"format_version": 99}', "unknown format_version 99"),
         ("{}", "names no format_version"),
         (b"\xff\xfe", "no valid JSON"),
     ],
 )
-def test_a_damaged_description_is_named(tmp_path: Path, name: str, content: str | bytes, problem: str) -> None:
+def test_a_damaged_description_of_an_earlier_version_is_named(
+    tmp_path: Path, name: str, content: str | bytes, problem: str
+) -> None:
     RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    unseal(tmp_path / "run")
     (tmp_path / "run" / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError) as error:
         RunFolder.open(tmp_path / "run")
@@ -126,7 +148,7 @@ def test_a_damaged_description_is_named(tmp_path: Path, name: str, content: str 
 
 def test_a_config_without_an_algorithm_is_damaged(tmp_path: Path) -> None:
     RunFolder.create(tmp_path / "run", CONFIG, GAME)
-    (tmp_path / "run" / "config.json").write_text('{"format_version": 1, "experiment": "security"}')
+    rewrite(tmp_path / "run" / "config.json", '"algorithm"', '"method"')
     with pytest.raises(InputError, match="names no algorithm"):
         RunFolder.open(tmp_path / "run")
 
@@ -135,15 +157,15 @@ def test_summary_and_environment_read_back_and_are_none_before(tmp_path: Path) -
     run = RunFolder.create(tmp_path / "run", CONFIG, GAME)
     assert run.summary() is None
     assert run.environment() is None
-    run.write_summary({"format_version": 1, "final": {}})
-    run.write_environment({"wall_seconds": 1.5})
-    assert run.summary() == {"format_version": 1, "final": {}}
-    assert run.environment() == {"wall_seconds": 1.5}
+    run.write_summary(summary_of(1.0))
+    run.write_environment(Environment(wall_seconds=1.5))
+    assert run.summary() == summary_of(1.0)
+    assert run.environment() == Environment(wall_seconds=1.5)
 
 
 def test_nan_in_a_summary_is_an_error_and_keeps_the_old_one(tmp_path: Path) -> None:
     run = RunFolder.create(tmp_path / "run", CONFIG, GAME)
-    run.write_summary({"final": {"nash_gap": {"mean": 1.0}}})
+    run.write_summary(summary_of(1.0))
     with pytest.raises(ValueError, match=r"summary.json: final.nash_gap.mean is inf"):
-        run.write_summary({"final": {"nash_gap": {"mean": float("inf")}}})
-    assert run.summary() == {"format_version": 1, "final": {"nash_gap": {"mean": 1.0}}}
+        run.write_summary(summary_of(float("inf")))
+    assert run.summary() == summary_of(1.0)

@@ -71,8 +71,11 @@ def test_metrics_without_their_keys_are_refused(run: RunFolder) -> None:
 
 def test_a_missing_chunk_is_named(run: RunFolder) -> None:
     run.append_metrics(0, chunk(range(0, 3)))
-    with pytest.raises(InputError, match=r"chunk-00001.parquet: cannot be read"):
+    with pytest.raises(InputError, match=r"chunk-00001.parquet: is missing"):
         run.metrics(chunks=2)
+    run.append_metrics(2, chunk(range(3, 6)))
+    with pytest.raises(InputError, match=r"chunk-00001.parquet: is missing"):
+        run.metrics()
 
 
 @pytest.mark.parametrize("damage", [b"", b"PAR1", b"not a table at all, but long enough to look like one"])

@@ -25,7 +25,10 @@ from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.program import command
+from gsiirl.progress import nobody
 
+Quiet = Annotated[bool, Parameter(negative="", help="Show no progress.")]
 Out = Annotated[Path, Parameter(metavar="DIR", help="Run folder to make: a new or empty folder.")]
 ConfigFile = Annotated[
     Path | None,
@@ -61,21 +64,21 @@ def _flag(field: str, schema: dict[str, Any]) -> inspect.Parameter:
 
 
 @_with_field_flags(SecurityConfig)
-def security(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
+def security(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> None:
     """A defender lives with an attacker on an attack graph."""
-    _run(SecurityConfig, out, config, flags)
+    _run(SecurityConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(CrossingConfig)
-def crossing(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
+def crossing(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> None:
     """A robot crosses the way of a human."""
-    _run(CrossingConfig, out, config, flags)
+    _run(CrossingConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(DeceptionConfig)
-def deception(*, out: Out, config: ConfigFile = None, **flags: Any) -> None:
+def deception(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> None:
     """Two agents keep an adversary from their target."""
-    _run(DeceptionConfig, out, config, flags)
+    _run(DeceptionConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(GameConfig)
@@ -88,22 +91,23 @@ def game(
     *,
     out: Out,
     config: ConfigFile = None,
+    quiet: Quiet = False,
     **flags: Any,
 ) -> None:
     """Your own finite game."""
-    _run(GameConfig, out, config, flags | ({} if file is None else {"file": file}))
+    _run(GameConfig, out, config, quiet, flags | ({} if file is None else {"file": file}))
 
 
-def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, flags: dict[str, Any]) -> None:
+def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, quiet: bool, flags: dict[str, Any]) -> None:
     configuration = load_config_file(kind, file, flags)
     from gsiirl.experiments import runner
 
     with _resumable(out):
-        runner.run(configuration, out)
+        runner.run(configuration, out, nobody if quiet else None)
     _print_end(out)
 
 
-def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /) -> None:
+def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /, *, quiet: Quiet = False) -> None:
     """Go on with an interrupted run."""
     from gsiirl.runs import RunFolder
 
@@ -111,7 +115,7 @@ def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /
     from gsiirl.experiments import runner
 
     with _resumable(folder):
-        runner.resume(folder)
+        runner.resume(folder, nobody if quiet else None)
     _print_end(folder)
 
 
@@ -132,6 +136,7 @@ def reproduce(
         Path,
         Parameter(metavar="DIR", help="Folder for the runs and the report; one of an earlier call is gone on with."),
     ],
+    quiet: Quiet = False,
 ) -> None:
     """Every algorithm on security, crossing and deception, then the report: the paper's Table 1 and Figures 2-4.
 
@@ -150,12 +155,12 @@ def reproduce(
 
     try:
         # The longest come last in a report; begun first, all end at about the same time.
-        carry_out(planned[::-1], at_a_time)
+        carry_out(planned[::-1], at_a_time, quiet)
         page = build_report([each.folder for each in planned], out / "report").page
     except KeyboardInterrupt:
         flags = [f"--{name}" for name, given in (("quick", quick), ("maddpg", maddpg)) if given]
         flags += [] if jobs is None else ["--jobs", jobs]
-        again = shlex.join(["gsiirl", "reproduce", *flags, "--seeds", str(number), "--out", str(out)])
+        again = command("reproduce", *flags, "--seeds", number, "--out", out)
         raise KeyboardInterrupt(f"finished runs are kept; go on with `{again}`") from None
     for folder, failed in failed_seeds(planned).items():
         print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))}", file=sys.stderr)
@@ -173,6 +178,7 @@ def ablation(
     seeds: Annotated[str, Parameter(metavar="INT", help="Number of seeds.")] = "10",
     iterations: Annotated[str, Parameter(metavar="INT", help="Outer iterations.")] = "50",
     trajectories: Annotated[str, Parameter(metavar="INT", help="Trajectories of each interaction.")] = "100",
+    quiet: Quiet = False,
 ) -> None:
     """What each change of the default over the paper's preset is worth, on random attack graphs.
 
@@ -185,7 +191,7 @@ def ablation(
     from gsiirl.report import write_ablation_page
 
     try:
-        run_ablation(given, graphs, out)
+        run_ablation(given, graphs, out, quiet)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("finished runs are kept; the same command goes on") from None
     print(write_ablation_page(out))
@@ -208,9 +214,9 @@ def _resumable(folder: Path) -> Iterator[None]:
     except KeyboardInterrupt:
         if not (folder / "config.json").is_file():
             raise KeyboardInterrupt("nothing was written yet") from None
-        raise KeyboardInterrupt(f"go on with `gsiirl resume {shlex.quote(str(folder))}`") from None
+        raise KeyboardInterrupt(f"go on with `{command('resume', folder)}`") from None
 
 
 def _print_end(folder: Path) -> None:
-    name = shlex.quote(str(folder))
-    print(f"The run is in {name}; `gsiirl report {name} --out REPORT` makes its tables and figures.")
+    report = command("report", folder, "--out", f"{folder}-report")
+    print(f"The run is in {shlex.quote(str(folder))}; `{report}` makes its tables and figures.")

@@ -21,6 +21,8 @@ from gsiirl.games.tabular import TabularGame
 from gsiirl.problems.problem import Problem, StateActionNames, joint_payoff
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
 from gsiirl.runs.files.array_file import write_arrays
+from gsiirl.runs.files.atomic import refuse_unwritable
+from gsiirl.runs.files.damage import refuse_unreadable
 from gsiirl.runs.files.json_file import FORMAT_VERSION, versioned, write_json
 from gsiirl.runs.files.table_file import write_table
 
@@ -199,8 +201,9 @@ class Result:
             InputError: the folder holds other files, or cannot be written.
         """
         path = Path(folder)
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise InputError("folder", f"{path} is not empty", "use a new or empty folder")
+        with refuse_unreadable("folder", path, "use another folder"):
+            if path.exists() and (not path.is_dir() or any(path.iterdir())):
+                raise InputError("folder", f"{path} is not empty", "use a new or empty folder")
         if not isinstance(self.problem.game, TabularGame):
             raise InputError("folder", "this problem's game is none of arrays", "keep its run folder instead")
         arrays = {
@@ -219,16 +222,13 @@ class Result:
             "sampled": self.sampled,
             **problem_settings(self.problem),
         }
-        try:
-            path.mkdir(parents=True, exist_ok=True)
+        with refuse_unwritable("folder", path):
             write_arrays(path / "result.safetensors", arrays, {"format_version": str(FORMAT_VERSION)})
             columns = {name: self.history[name].to_numpy() for name in self.history.columns}
             types = {name: type(self.history.schema[name]) for name in self.history.columns}
             write_table(path / "history.parquet", columns, types)  # pyright: ignore[reportArgumentType]
             # Last, so that a folder without it is no result.
             write_json(path / "result.json", versioned(content))
-        except OSError as error:
-            raise InputError("folder", f"{path} cannot be written ({error.strerror})", "use another folder") from error
 
 
 class Results(AbstractResults[Result]):

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import jax
-import rich.progress
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from gsiirl._version import __version__
-from gsiirl.errors import InputError
+from gsiirl.progress import shown
+from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.findings import Finding, Findings
 from gsiirl.runs.measurement_words import bound_in_words, value_in_words
 
@@ -54,7 +54,7 @@ CHECKS = (
 )
 
 
-def run_checks(out: Path, quick: bool, earlier: Findings | None) -> Findings:
+def run_checks(out: Path, quick: bool, earlier: Findings | None, quiet: bool = False) -> Findings:
     """Run the checks that are not among the `earlier` findings and write `theory.json` after each.
 
     Raises:
@@ -68,7 +68,7 @@ def run_checks(out: Path, quick: bool, earlier: Findings | None) -> Findings:
     findings = Findings(quick, [], _environment())
     findings = _write(findings, known, out)
     # Quick checks call each program a few times only: most of the compiler's work would not pay.
-    with _progress() as progress, jax.enable_x64(True), _compiled_carelessly(True) if quick else nullcontext():
+    with shown(quiet) as progress, jax.enable_x64(True), _compiled_carelessly(True) if quick else nullcontext():
         bar = progress.add_task("", total=len(CHECKS), completed=len(CHECKS) - len(findings.missing))
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
             awaited = {
@@ -107,10 +107,8 @@ def _write(findings: Findings, known: dict[str, list[Finding]], out: Path) -> Fi
         findings=[finding for found in known.values() for finding in found],
         missing=[title for title, found in known.items() if not found],
     )
-    try:
+    with refuse_unwritable("--out", out, "make room or allow it: the same command goes on"):
         findings.write(out)
-    except OSError as error:
-        raise InputError("--out", f"{out} cannot be written ({error.strerror})", "use another folder") from error
     return findings
 
 
@@ -139,15 +137,6 @@ def _print_finding(console: Console, heading: str, finding: Finding) -> None:
         table.add_row(Text(f"  {each.name}"), value_in_words(each), bound_in_words(each), verdict)
     console.print(Text(f"{heading}: {finding.title} ({finding.seconds:.1f} s)", "bold"))
     console.print(table)
-
-
-def _progress() -> rich.progress.Progress:
-    return rich.progress.Progress(
-        rich.progress.TextColumn("{task.description}"),
-        rich.progress.BarColumn(),
-        rich.progress.MofNCompleteColumn(),
-        rich.progress.TimeElapsedColumn(),
-    )
 
 
 def _environment() -> dict[str, str]:

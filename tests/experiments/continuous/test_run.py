@@ -109,13 +109,13 @@ def test_marl_runs_to_its_end_and_says_how_far_it_can_be_exploited(tmp_path):
     runner.run(CrossingConfig(**TINY, algorithm="marl"), tmp_path / "run")
     summary = RunFolder.open(keep_all(tmp_path / "run")).summary()
     assert summary is not None
-    assert summary["failed_seeds"] == []
-    assert {"exploitability_learner", "exploitability_expert"} <= set(summary["final"])
-    final = summary["final"]
+    assert summary.failed_seeds == []
+    assert {"exploitability_learner", "exploitability_expert"} <= set(summary.final)
+    final = summary.final
     assert final["truth_return_learner"] == final["model_return_learner"]
     # The expert's best response is what the learner meets when it is deployed.
-    gain = final["deployed_return_expert"]["mean"] - final["truth_return_expert"]["mean"]
-    assert final["exploitability_expert"]["mean"] * abs(final["truth_return_expert"]["mean"]) == pytest.approx(
+    gain = final["deployed_return_expert"].mean - final["truth_return_expert"].mean
+    assert final["exploitability_expert"].mean * abs(final["truth_return_expert"].mean) == pytest.approx(
         gain, rel=0.1, abs=1e-3
     )
 
@@ -138,7 +138,7 @@ def test_every_algorithm_runs_to_its_end(config, changes, tmp_path):
     folder = RunFolder.open(tmp_path / "run")
     summary = folder.summary()
     assert summary is not None
-    assert summary["completed"]
+    assert summary.completed
     metrics = folder.metrics().group_by("seed", maintain_order=True).last()
     for name in ("model_return_learner", "deployed_return_expert", "truth_return_learner"):
         assert np.isfinite(metrics[name].to_numpy()).all()

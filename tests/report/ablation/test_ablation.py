@@ -1,4 +1,3 @@
-import json
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +7,7 @@ from gsiirl.errors import InputError
 from gsiirl.report import write_ablation_page
 from gsiirl.report.ablation.results import AblationResults
 from gsiirl.runs import Ablation, AblationVariant, RunFolder, summarise
+from gsiirl.runs.files.json_file import write_json
 
 SEEDS, ITERATIONS, MARL, RANDOM = 6, 2, -5.0, -6.0
 PLAN = Ablation(
@@ -105,6 +105,6 @@ def test_an_unfinished_run_is_named(folder):
 
 
 def test_a_damaged_plan_is_named(tmp_path):
-    (tmp_path / "ablation.json").write_text(json.dumps({"format_version": 1, "graphs": ["graph-0"]}))
+    write_json(tmp_path / "ablation.json", {"format_version": 1, "graphs": ["graph-0"]})
     with pytest.raises(InputError, match=r"ablation.json: is damaged"):
         write_ablation_page(tmp_path)

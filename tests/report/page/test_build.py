@@ -10,6 +10,7 @@ import numpy as np
 import polars
 import pytest
 from report.synthetic import RING, SyntheticGame, dense_graph, write_comparison, write_run
+from resealing import rewrite
 
 from gsiirl.errors import InputError
 from gsiirl.report import ReportFiles, build_report
@@ -78,13 +79,13 @@ def test_returns_are_those_of_the_summaries(runs: list[Path], files: ReportFiles
         summary = RunFolder.open(path).summary()
         assert summary is not None
         for side in ("learner", "expert"):
-            final = summary["final"][f"deployed_return_{side}"]
+            final = summary.final[f"deployed_return_{side}"]
             deployed = row[side]["deployed"]
-            assert deployed["mean"] == pytest.approx(final["mean"])
-            assert deployed["std"] == pytest.approx(final["std"])
+            assert deployed["mean"] == pytest.approx(final.mean)
+            assert deployed["std"] == pytest.approx(final.std)
             assert deployed["count"] == 3
             # Student's t with 2 degrees of freedom, 97.5 %.
-            assert deployed["high"] - deployed["mean"] == pytest.approx(4.30265273 * final["std"] / np.sqrt(3))
+            assert deployed["high"] - deployed["mean"] == pytest.approx(4.30265273 * final.std / np.sqrt(3))
 
 
 def test_the_papers_figures_stand_beside_ours(files: ReportFiles) -> None:
@@ -180,8 +181,7 @@ def test_two_runs_of_one_algorithm_carry_their_folders_names(runs: list[Path], t
 @pytest.mark.usefixtures("undrawn")
 def test_an_unknown_algorithm_is_shown_under_its_name(tmp_path: Path) -> None:
     write_run(tmp_path / "run", "marl")
-    config = tmp_path / "run" / "config.json"
-    config.write_text(config.read_text().replace('"marl"', '"lin2019"'))
+    rewrite(tmp_path / "run" / "config.json", '"marl"', '"lin2019"')
     (tmp_path / "run" / "summary.json").unlink()
     files = build_report([tmp_path / "run"], tmp_path / "out")
     assert [row["label"] for row in table_of(files)["groups"][0]["quality"]] == ["lin2019"]
@@ -252,8 +252,7 @@ def test_a_run_without_any_iteration_is_refused(tmp_path: Path) -> None:
 def test_a_damaged_run_is_named_in_one_line(tmp_path: Path, name: str, old: str, new: str) -> None:
     write_run(tmp_path / "run", "gsiirl")
     path = tmp_path / "run" / name
-    assert old in path.read_text()
-    path.write_text(path.read_text().replace(old, new))
+    rewrite(path, old, new)
     with pytest.raises(InputError, match=f"{name}: is damaged") as error:
         build_report([tmp_path / "run"], tmp_path / "out")
     assert "\n" not in str(error.value)

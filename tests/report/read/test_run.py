@@ -53,5 +53,5 @@ def test_what_is_measured_from_some_iteration_on_begins_there(tmp_path: Path) ->
 def test_a_damaged_file_of_learned_parameters_is_named_itself(tmp_path: Path) -> None:
     run_of(tmp_path, np.array([[1.0]]))
     (tmp_path / "run" / "learned.json").write_text("[]")
-    with pytest.raises(InputError, match=r"run/learned.json: is damaged: no JSON object"):
+    with pytest.raises(InputError, match=r"run/learned.json: is damaged: its checksum is gone"):
         ReportedRun.read(tmp_path / "run")

@@ -115,7 +115,7 @@ def test_a_report_takes_findings_alone(folder: Path, tmp_path: Path):
     assert "largest ratio of two distances 1.00001 at most 1 missed" in section_of(page, "theory-1-theorem-1")
     assert "| largest ratio of two distances | 1.00001 | at most 1 | MISSED |" in table
     content = json.loads(files.table_json.read_text())
-    assert content["theory"] == [json.loads((folder / "theory.json").read_text())]
+    assert content["theory"] == [Findings.read(folder).json()]
     assert sorted(content["files"]) == sorted(content_of(files.page.parent))
 
 

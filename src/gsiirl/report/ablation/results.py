@@ -56,7 +56,12 @@ class AblationResults:
         """
         plan = Ablation.read(folder)
         cells = [(graph, variant.name) for graph in plan.graphs for variant in plan.variants]
-        return cls(plan, {(graph, name): _result(folder / graph / name) for graph, name in cells})
+        results = {(graph, name): _result(folder / graph / name) for graph, name in cells}
+        if len({each.deployed.shape for each in results.values()}) > 1:
+            raise InputError(
+                str(folder), "holds runs of other numbers of seeds", "start the ablation in another folder"
+            )
+        return cls(plan, results)
 
     def of_variant(self, variant: AblationVariant) -> list[VariantResult]:
         """The results of one variant, in the order of the graphs."""
@@ -80,9 +85,9 @@ class AblationResults:
 def _result(path: Path) -> VariantResult:
     folder = RunFolder.open(path)
     summary = folder.summary()
-    if summary is None or not summary["completed"]:
+    if summary is None or not summary.completed:
         raise InputError(str(path), "is not finished", "run gsiirl ablation again: it goes on")
-    last = folder.metrics().filter(polars.col("iteration") == summary["iterations"]).sort("seed")
+    last = folder.metrics().filter(polars.col("iteration") == summary.iterations).sort("seed")
     try:
         columns = {name: last[name].to_numpy() for name in last.columns}
         return VariantResult(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gsiirl.errors import InputError
+from gsiirl.program import command
 from gsiirl.report.figures.style import figure_style
 from gsiirl.report.output.writing import write_files
 from gsiirl.report.page.game_figures import draw_figures
@@ -64,7 +65,7 @@ def _read(run_paths: list[Path]) -> tuple[list[GameGroup], list[Findings]]:
 def _read_findings(path: Path) -> Findings:
     findings = Findings.read(path)
     if not findings.findings:
-        raise InputError(str(path), "has no finished check yet", f"use gsiirl theory --out {path} first")
+        raise InputError(str(path), "has no finished check yet", f"use {command('theory', '--out', path)} first")
     return findings
 
 

@@ -122,7 +122,7 @@ def _crossing_verdict(group: GameGroup, label: str, run: ReportedRun) -> list[st
     error = run.estimate("human_goal_error")
     if error is not None:
         radius = group.game.get("goal_radius")
-        told = "" if radius is None else f"; the goal has radius {format_number(radius)}"
+        told = "" if not isinstance(radius, int | float) else f"; the goal has radius {format_number(radius)}"
         sentences.append(f"{label} places the human's goal {error} from where it is{told}.")
     return sentences
 

@@ -9,9 +9,11 @@ import numpy as np
 import polars
 
 from gsiirl.errors import InputError
+from gsiirl.program import command
 from gsiirl.report.read.estimate import Estimate
 from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, summarise
-from gsiirl.runs.files.damage import START_AGAIN, refuse_damaged
+from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.files.numbers import LARGEST
 
 
 @dataclass(frozen=True)
@@ -53,26 +55,25 @@ class ReportedRun:
         folder = RunFolder.open(path)
         metrics = folder.metrics()
         if metrics.is_empty():
-            raise InputError(str(path), "has no finished iteration yet", f"use gsiirl resume {path} first")
+            raise InputError(str(path), "has no finished iteration yet", f"use {command('resume', path)} first")
         summary = folder.summary() or summarise(folder.config, metrics, completed=False)
-        with refuse_damaged(path / "summary.json"):
-            failed = [int(seed) for seed in summary["failed_seeds"]]
-            return cls(
-                path=path,
-                experiment=folder.config["experiment"],
-                algorithm=_algorithm(folder.config),
-                game=folder.game,
-                seeds=[int(seed) for seed in summary["seeds"]],
-                failed_seeds=failed,
-                iterations=int(summary["iterations"]),
-                completed=bool(summary["completed"]),
-                final={name: np.array(each["per_seed"], dtype=float) for name, each in summary["final"].items()},
-                metrics=metrics.filter(~polars.col("seed").is_in(failed)),
-                learned=folder.load_learned(),
-                paths=folder.paths(),
-                reward_map=folder.reward_map(),
-                wall_seconds=(folder.environment() or {}).get("wall_seconds"),
-            )
+        environment = folder.environment()
+        return cls(
+            path=path,
+            experiment=summary.experiment,
+            algorithm=_algorithm(folder.config),
+            game=folder.game,
+            seeds=summary.seeds,
+            failed_seeds=summary.failed_seeds,
+            iterations=summary.iterations,
+            completed=summary.completed,
+            final={name: np.array(each.per_seed) for name, each in summary.final.items()},
+            metrics=metrics.filter(~polars.col("seed").is_in(summary.failed_seeds)),
+            learned=folder.load_learned(),
+            paths=folder.paths(),
+            reward_map=folder.reward_map(),
+            wall_seconds=None if environment is None else environment.wall_seconds,
+        )
 
     @property
     def kept_seeds(self) -> list[int]:
@@ -87,12 +88,13 @@ class ReportedRun:
         """
         if self.paths is None:
             return []
-        keys = ("seed", "trajectory", "step")
-        missing = [name for name in (*keys, *columns) if name not in self.paths.columns]
+        path, keys = self.path / "paths.parquet", ("seed", "trajectory", "step")
+        missing = [name for name in columns if name not in self.paths.columns]
         if missing:
-            problem = f"is damaged: it has no column {missing[0]}"
-            raise InputError(str(self.path / "paths.parquet"), problem, START_AGAIN)
+            raise InputError(str(path), f"is damaged: it has no column {missing[0]}", START_AGAIN)
         kept = self.paths.filter(polars.col("seed").is_in(self.kept_seeds)).sort(keys)
+        if (kept["step"] != kept.select(polars.int_range(polars.len()).over("seed", "trajectory")).to_series()).any():
+            raise InputError(str(path), "is damaged: it lacks a step, or has one twice", START_AGAIN)
         return kept.partition_by("seed", "trajectory", maintain_order=True)
 
     @property
@@ -138,7 +140,7 @@ class ReportedRun:
             return polars.DataFrame(schema={"seed": int, "iteration": int, "value": float, "finite": bool})
         value = polars.col(metric)
         table = self.metrics.select(
-            "seed", "iteration", value=value, finite=value.cast(float).is_finite().fill_null(False)
+            "seed", "iteration", value=value, finite=(value.cast(float).abs() <= LARGEST).fill_null(False)
         )
         begin = table.filter("finite")["iteration"].min()
         return table.clear() if begin is None else table.filter(polars.col("iteration") >= begin)

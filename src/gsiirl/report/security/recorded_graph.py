@@ -1,12 +1,13 @@
 """The attack graph in the `game.json` of a run."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gsiirl.runs.files.damage import refuse_damaged
+from gsiirl.runs.files.damage import START_AGAIN, refuse_damaged
+from gsiirl.runs.files.json_file import as_typed
 
 OUTSIDE = -1
 """Source of an attack that comes from outside the graph."""
@@ -35,25 +36,23 @@ class RecordedGraph:
         Raises:
             InputError: the description is damaged.
         """
-        with refuse_damaged(run / "game.json"):
-            nodes, edges, truth = game["nodes"], game["edges"], game["truth"]
-            index = {str(node["name"]): position for position, node in enumerate(nodes)}
-            features = len(nodes) + len(edges)
-            expert, dependent = (np.array(truth[f"{side}_reward"], dtype=float) for side in ("expert", "dependent"))
+        path = run / "game.json"
+        described = as_typed(_Described, game, path, START_AGAIN)
+        nodes, edges, truth = described.nodes, described.edges, described.truth
+        index = {node.name: position for position, node in enumerate(nodes)}
+        features = len(nodes) + len(edges)
+        with refuse_damaged(path):
             # The class of the dependent reward may have more features, after those of nodes and edges.
-            if expert.shape != (features,) or dependent.size < features:
+            if len(truth.expert_reward) != features or len(truth.dependent_reward) < features:
                 raise ValueError("truth does not hold one weight a node and edge")
             return cls(
-                nodes=[str(node["name"]) for node in nodes],
-                footholds=[bool(node["foothold"]) for node in nodes],
-                edges=[
-                    (OUTSIDE if edge["source"] is None else index[edge["source"]], index[edge["target"]])
-                    for edge in edges
-                ],
-                success_probability=[float(edge["success_probability"]) for edge in edges],
-                expert_truth=expert,
-                dependent_truth=dependent[:features],
-                expert_no_op=bool(game.get("no_op", {}).get("expert", False)),
+                nodes=[node.name for node in nodes],
+                footholds=[node.foothold for node in nodes],
+                edges=[(OUTSIDE if edge.source is None else index[edge.source], index[edge.target]) for edge in edges],
+                success_probability=[edge.success_probability for edge in edges],
+                expert_truth=np.array(truth.expert_reward, dtype=float),
+                dependent_truth=np.array(truth.dependent_reward[:features], dtype=float),
+                expert_no_op=described.no_op.get("expert", False),
             )
 
     def edge_name(self, edge: int) -> str:
@@ -62,3 +61,36 @@ class RecordedGraph:
             return "nothing"
         source, target = self.edges[edge]
         return f"{'outside' if source == OUTSIDE else self.nodes[source]} \N{RIGHTWARDS ARROW} {self.nodes[target]}"
+
+
+@dataclass(frozen=True)
+class _Node:
+    name: str
+    foothold: bool
+
+
+@dataclass(frozen=True)
+class _Edge:
+    source: str | None
+    target: str
+    success_probability: float
+
+
+@dataclass(frozen=True)
+class _Truth:
+    expert_reward: list[float]
+    dependent_reward: list[float]
+
+
+@dataclass(frozen=True)
+class _Described:
+    """The part of `game.json` that is drawn."""
+
+    nodes: list[_Node]
+    edges: list[_Edge]
+    truth: _Truth
+    no_op: dict[str, bool] = field(default_factory=dict[str, bool])
+
+    def __post_init__(self) -> None:
+        if not self.nodes or len({node.name for node in self.nodes}) < len(self.nodes):
+            raise ValueError("nodes are none, or two have one name")

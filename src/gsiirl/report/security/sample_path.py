@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import polars
 
+from gsiirl.errors import InputError
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.security.recorded_graph import OUTSIDE, RecordedGraph
+from gsiirl.runs.files.damage import START_AGAIN
 
 
 @dataclass(frozen=True)
@@ -40,9 +42,18 @@ def pick_sample_path(graph: RecordedGraph, run: ReportedRun) -> SamplePath | Non
         InputError: the table of the paths lacks a column.
     """
     actions = ("expert_action", "learner_action", "state")
-    trajectories = run.trajectories(actions)
+    trajectories, count = run.trajectories(actions), len(graph.edges)
     if not trajectories:
         return None
+    for name, limit in (
+        ("expert_action", count + 1),
+        ("learner_action", count + 1),
+        ("state", 2 ** min(len(graph.nodes), 63)),
+    ):
+        if not all(
+            table[name].dtype == polars.Int64 and table[name].is_between(0, limit - 1).all() for table in trajectories
+        ):
+            raise InputError(str(run.path / "paths.parquet"), f"is damaged: {name} is none of the game", START_AGAIN)
     chosen = max(trajectories, key=lambda table: int(table["state"][-1]).bit_count())
     rows = chosen.select(*actions, following=polars.col("state").shift(-1)).rows()
     steps = [_step(graph, *row) for row in rows]
