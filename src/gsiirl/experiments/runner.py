@@ -7,6 +7,7 @@ import platform
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
@@ -291,4 +292,5 @@ def _environment(seconds: float, resumed: bool) -> Environment:
         device=str(jax.devices()[0]),
         wall_seconds=seconds,
         resumed=resumed,
+        finished=datetime.now(UTC).isoformat(timespec="seconds"),
     )

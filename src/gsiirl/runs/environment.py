@@ -15,6 +15,8 @@ class Environment:
     """Versions by name."""
     device: str = ""
     resumed: bool = False
+    finished: str = ""
+    """When the run ended: 2026-01-31T12:00:00+00:00."""
 
     def __post_init__(self) -> None:
         if self.wall_seconds < 0:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import jax
@@ -146,4 +147,5 @@ def _environment() -> dict[str, str]:
         "platform": platform.platform(),
         "jax": importlib.metadata.version("jax"),
         "device": str(jax.devices()[0]),
+        "date": datetime.now(UTC).date().isoformat(),
     }

@@ -45,7 +45,7 @@ def test_a_failed_seed_is_named_and_left_out_everywhere(
     (quality,) = [row for row in crossing["quality"] if row["algorithm"] == "gsiirl"]
     assert quality["failed_seeds"] == [1]
     assert quality["human_goal_error"]["count"] == 2
-    assert "Seed 1 of GSIIRL failed" in plane_report.page.read_text()
+    assert "1 of 3 seeds of GSIIRL failed (seed 1)" in plane_report.page.read_text()
     run = group_of(plane_runs["crossing"]).runs["GSIIRL"]
     for metric in ("collision_rate", "goal_rate_robot", "deployed_return_learner"):
         curve = run.curve(metric)

@@ -1,9 +1,11 @@
 """The attack graph in the `game.json` of a run."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import networkx
 import numpy as np
 
 from gsiirl.runs.files.damage import START_AGAIN, refuse_damaged
@@ -28,6 +30,8 @@ class RecordedGraph:
     """True weights of the learner's dependent reward, [N + E]: losses of the nodes, then the attacker's costs."""
     expert_no_op: bool
     """Whether the attacker may attack nothing."""
+    horizon: int | None = None
+    """Steps of an episode; None where it is not recorded."""
 
     @classmethod
     def read(cls, game: dict[str, Any], run: Path) -> "RecordedGraph":
@@ -53,7 +57,28 @@ class RecordedGraph:
                 expert_truth=np.array(truth.expert_reward, dtype=float),
                 dependent_truth=np.array(truth.dependent_reward[:features], dtype=float),
                 expert_no_op=described.no_op.get("expert", False),
+                horizon=described.horizon,
             )
+
+    @cached_property
+    def distance(self) -> dict[int, int]:
+        """Successful attacks that it takes to hold a node, 0 for a foothold; nodes that none reaches are absent."""
+        start = OUTSIDE - 1
+        network = networkx.DiGraph(self.edges)
+        network.add_edges_from((start, node) for node, foothold in enumerate(self.footholds) if foothold)
+        network.add_edge(start, OUTSIDE)
+        steps = networkx.single_source_shortest_path_length(network, start)
+        return {node: length - 1 for node, length in steps.items() if node >= 0}
+
+    def can_fall(self, node: int) -> bool:
+        """Whether a node is none of the footholds and can be reached in an episode."""
+        return 0 < self.distance.get(node, 0) <= (self.horizon or len(self.nodes))
+
+    def can_be_attacked(self, edge: int) -> bool:
+        """Whether an attack along an edge can ever succeed in an episode."""
+        source, target = self.edges[edge]
+        held_after = 0 if source == OUTSIDE else self.distance.get(source)
+        return held_after is not None and held_after < (self.horizon or len(self.nodes)) and not self.footholds[target]
 
     def edge_name(self, edge: int) -> str:
         """An edge as `source → target`; the index after the last edge is the no-op."""
@@ -90,6 +115,7 @@ class _Described:
     edges: list[_Edge]
     truth: _Truth
     no_op: dict[str, bool] = field(default_factory=dict[str, bool])
+    horizon: int | None = None
 
     def __post_init__(self) -> None:
         if not self.nodes or len({node.name for node in self.nodes}) < len(self.nodes):
