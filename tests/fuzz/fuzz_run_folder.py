@@ -50,11 +50,13 @@ from gsiirl.experiments.loading import load
 from gsiirl.front_door.result import Result
 from gsiirl.games import TabularGame
 from gsiirl.problems.problem import Problem
-from gsiirl.report.crossing.figures import RecordedCrossing, RewardMap, smallest_distance
+from gsiirl.report.crossing.encounter_figure import smallest_distance
+from gsiirl.report.crossing.recorded_crossing import RecordedCrossing
+from gsiirl.report.crossing.reward_map import RewardMap
 from gsiirl.report.deception.recorded_episode import BODIES, advantage, true_weights
+from gsiirl.report.page.game_figures import network_of
 from gsiirl.report.page.out_folder import refuse_foreign_files
 from gsiirl.report.page.report import Report, Section
-from gsiirl.report.page.verdicts import verdicts
 from gsiirl.report.plane.episode import pick_episode
 from gsiirl.report.read.group import group_runs
 from gsiirl.report.read.run import ReportedRun
@@ -62,6 +64,7 @@ from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.security.sample_path import pick_sample_path
 from gsiirl.report.tables.comparison import compare
 from gsiirl.report.tables.quality import judge
+from gsiirl.report.tables.rivals import rivals_of
 from gsiirl.runs import Ablation, AblationVariant, Findings, RunFolder, summarise
 from gsiirl.runs.files.checksum import NAME, PLACE
 from gsiirl.runs.files.json_file import encode_json
@@ -171,7 +174,7 @@ def read_run(folder: Path) -> None:
     (group,) = group_runs([run])
     RunFolder.open(folder).load_policies()
     RunFolder.open(folder).load_checkpoint()
-    report = Report([Section(group, verdicts(group), compare(group), judge(group), [])], [])
+    report = Report([Section(group, rivals_of(group), compare(group), judge(group), [], network_of(group))], [])
     encode_json("table.json", report.json([]))
     report.markdown().encode()
     kind = group.game.get("kind")
@@ -229,7 +232,7 @@ def read_played(folder: Path) -> None:
     assert is_sound(run.in_port("deployed")).all()
 
 
-Reader = Callable[[Path], None]
+Reader = Callable[[Path], object]
 TARGETS: dict[str, list[tuple[str, str, Reader]]] = {
     "json": [
         *((kind, name, read_run) for kind in ("security", "crossing", "deception")
@@ -281,9 +284,9 @@ def damaged_json(content: bytes, chance: random.Random) -> bytes:
 
 def _changed(value: Any, chance: random.Random) -> Any:
     places = list(_places(value))
-    holder, key = chance.choice(places) if places else (None, None)
-    if holder is None:
+    if not places:
         return copy.deepcopy(chance.choice(VALUES))
+    holder, key = chance.choice(places)
     what = chance.randrange(6)
     if what == 0:
         del holder[key]

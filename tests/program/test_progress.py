@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from gsiirl.program.command import progress
+from gsiirl.program import progress
 from gsiirl.program.progress import Begun, shown
 
 

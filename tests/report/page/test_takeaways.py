@@ -12,7 +12,7 @@ from gsiirl.report.read.group import GameGroup
 from gsiirl.report.tables.rivals import rivals_of
 
 ENDS = [-4.6, -4.7, -4.5]
-BEST = {"ceiling_return_learner": -4.5, "sharp_return_learner": -4.9}
+BEST: dict[str, Any] = {"ceiling_return_learner": -4.5, "sharp_return_learner": -4.9}
 
 
 def said(group: GameGroup) -> list[str]:
@@ -31,7 +31,9 @@ def test_the_share_of_what_could_be_gained_comes_first(tmp_path: Path) -> None:
 
 
 def test_where_random_play_is_the_best_there_is_nothing_to_gain(tmp_path: Path) -> None:
-    ten = dict.fromkeys(("truth_return_learner", "sharp_return_learner", "ceiling_return_learner"), -10.0)
+    ten: dict[str, Any] = dict.fromkeys(
+        ("truth_return_learner", "sharp_return_learner", "ceiling_return_learner"), -10.0
+    )
     reached, compared = alone(tmp_path, [-10.0, -10.0 + 2e-15], random_return_learner=-10.0 - 2e-15, **ten)
     assert reached.startswith("Nothing can be gained here: random play and the best way found")
     assert reached.endswith("earn the same, \N{MINUS SIGN}10.00. GSIIRL's defender ends at \N{MINUS SIGN}10.00 ± 0.00.")
