@@ -25,7 +25,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-
 import cosmic_ray.mutating
 import cosmic_ray.plugins
 from cosmic_ray.commands.init import _all_work_items  # pyright: ignore[reportPrivateUsage]

@@ -1,6 +1,8 @@
 import json
+import signal
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -13,7 +15,10 @@ from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.runs import Findings
+from gsiirl.program.progress import nobody
+from gsiirl.runs import Findings, RunFolder, Summary
+from gsiirl.runs.files.json_file import write_json
+from gsiirl.scenarios import load_network
 
 Message = Callable[[list[str]], str]
 
@@ -66,8 +71,8 @@ def refused(capsys: pytest.CaptureFixture[str]) -> Message:
 def make_run(folder: Path, config: ExperimentConfig | None = None, **changes: object) -> Path:
     folder.mkdir(parents=True)
     game = {"format_version": 1, "kind": "attack_graph"}
-    (folder / "config.json").write_text(json.dumps(config_to_dict(config or SecurityConfig()) | changes))
-    (folder / "game.json").write_text(json.dumps(game))
+    write_json(folder / "config.json", config_to_dict(config or SecurityConfig()) | changes)
+    write_json(folder / "game.json", game)
     return folder
 
 
@@ -94,6 +99,23 @@ def test_fields_are_flags(runner: ModuleType, tmp_path: Path, capsys: pytest.Cap
     assert f"gsiirl report {out}" in line
 
 
+def test_what_is_said_of_a_network_is_said_once_in_a_line(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    # The configuration reads the network of a run, and the run reads it again.
+    runner.__dict__.update(run=lambda config, out, told: [load_network(config.graph) for _ in range(2)])
+    file = Path(__file__).parent / "data" / "networks" / "undirected.json"
+    assert main(["run", "security", "--graph", str(file), "--out", str(tmp_path / "run")]) == 0
+    [line] = [line for line in capsys.readouterr().err.splitlines() if "read as" in line]
+    assert line == f"gsiirl: {file}: undirected edges (1 of 2) are read as attacks in both directions"
+
+
+def test_other_warnings_are_as_python_has_them(runner: ModuleType, tmp_path: Path):
+    runner.__dict__.update(run=lambda config, out, told: warnings.warn("of another kind", UserWarning, stacklevel=1))
+    with pytest.warns(UserWarning, match="of another kind"):
+        main(["run", "security", "--out", str(tmp_path / "run")])
+
+
 def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Path):
     path = tmp_path / "run.toml"
     path.write_text("seeds = 3\nlearner_no_op = true\n")
@@ -107,7 +129,7 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         (
             "secruity",
             "secruity: is no command of `gsiirl`; "
-            "choose from run, resume, evaluate, reproduce, ablation, theory, report, list",
+            "choose from run, resume, network, evaluate, reproduce, ablation, theory, report, list",
         ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
@@ -226,7 +248,7 @@ def test_a_bad_configuration_file_gets_one_line(content: str, message: str, refu
 
 
 def test_bad_input_found_by_the_runner_gets_one_line(runner: ModuleType, refused: Message):
-    def run(config: SecurityConfig, out: Path) -> None:
+    def run(config: SecurityConfig, out: Path, told: object) -> None:
         raise InputError("--graph", f"{config.graph} is not known", "see `gsiirl list`")
 
     runner.__dict__["run"] = run
@@ -242,7 +264,7 @@ def test_settings_that_do_not_go_together_get_one_line(refused: Message, tmp_pat
 
 
 def test_an_error_of_the_program_keeps_its_traceback(runner: ModuleType):
-    def run(config: SecurityConfig, out: Path) -> None:
+    def run(config: SecurityConfig, out: Path, told: object) -> None:
         raise ValueError("a fault")
 
     runner.__dict__["run"] = run
@@ -255,8 +277,7 @@ def test_failed_seeds_are_named_at_the_end(
     failed: list[int], status: int, runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     folder = make_run(tmp_path / "run")
-    summary = {"format_version": 1, "completed": True, "seeds": [4, 5], "failed_seeds": failed}
-    (folder / "summary.json").write_text(json.dumps(summary))
+    RunFolder.open(folder).write_summary(Summary("security", "gsiirl", [4, 5], failed, 5, completed=True, final={}))
     for command in (["run", "security", "--out"], ["resume"]):
         assert main([*command, str(folder)]) == status
         captured = capsys.readouterr()
@@ -311,8 +332,8 @@ def test_reproduce_runs_the_plan_and_reports_it(
         runner.calls.append((config, folder))
         make_run(folder, config.resolved())
         failed = [1] if folder == tmp_path / "crossing" / "paper" else []
-        summary = {"format_version": 1, "completed": True, "failed_seeds": failed}
-        (folder / "summary.json").write_text(json.dumps(summary))
+        summary = Summary(config.experiment, config.algorithm, [0, 1], failed, 5, completed=True, final={})
+        RunFolder.open(folder).write_summary(summary)
 
     runner.__dict__["run"] = run
     command = ["reproduce", "--quick", "--jobs", "1", "--out", str(tmp_path)]
@@ -415,3 +436,60 @@ def test_the_program_exits_with_the_status_of_main():
     assert finished.returncode == 2
     assert finished.stderr == "gsiirl: --seeds: cannot be 0; give a whole number of at least 1 and at most 10000\n"
     assert finished.stdout == ""
+
+
+def test_a_run_that_is_ended_by_its_cluster_is_interrupted(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    folder = make_run(tmp_path / "run")
+
+    def ended(*_: object) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    runner.__dict__["resume"] = ended
+    before = signal.getsignal(signal.SIGTERM)
+    assert main(["resume", str(folder)]) == 130
+    assert capsys.readouterr().err == f"gsiirl: interrupted: go on with `gsiirl resume {folder}`\n"
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
+def test_in_quiet_the_runner_is_given_somebody_to_tell(runner: ModuleType, tmp_path: Path):
+    told: list[object] = []
+    runner.__dict__["run"] = lambda config, out, told_to: told.append(told_to)
+    assert main(["run", "security", "--out", str(tmp_path / "run")]) == 0
+    assert main(["run", "security", "--quiet", "--out", str(tmp_path / "run")]) == 0
+    assert told == [None, nobody]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "resume {}", "report {} --out x", "evaluate {} --in mpe2", "run security --config {} --out x",
+        "reproduce --out {}", "ablation --out {}", "theory --out {}",
+    ],
+)  # fmt: skip
+def test_a_name_that_no_file_system_takes_gets_one_line(command: str, refused: Message, runner: ModuleType):
+    assert "File name too long" in refused(command.format(300 * "x").split())
+    assert runner.calls == []
+
+
+def test_what_nobody_has_better_words_for_gets_one_line(runner: ModuleType, refused: Message):
+    def run(*_: object) -> None:
+        Path("/proc/nothing/here").read_text()
+
+    runner.__dict__["run"] = run
+    expected = "/proc/nothing/here: cannot be used (No such file or directory); use another, or allow it"
+    assert refused(["run", "security", "--out", "x"]) == expected
+
+
+def test_a_run_of_an_earlier_version_is_gone_on_with_and_told_in_one_line(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    folder = make_run(tmp_path / "run")
+    for path in folder.iterdir():
+        content = json.loads(path.read_text())
+        path.write_text(json.dumps({name: value for name, value in content.items() if name != "checksum"}))
+    for _ in range(2):
+        assert main(["resume", str(folder)]) == 0
+        told = f"gsiirl: {folder} was written before files carried checksums: damage to it may go unseen\n"
+        assert capsys.readouterr().err == told

@@ -51,27 +51,33 @@ CLASSES = {
 }
 
 
-def checked(program: str, folder: Path) -> list[str]:
-    """What a type checker reveals of a program, in which it finds no error."""
-    (folder / "program.py").write_text(program)
-    command = [sys.executable, "-m", "basedpyright", "--outputjson", "--pythonpath", sys.executable, "program.py"]
+@pytest.fixture(scope="module")
+def revealed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
+    """What a type checker reveals of the two programs, in which it finds no error."""
+    folder = tmp_path_factory.mktemp("programs")
+    [program] = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+    shown = "".join(f"reveal_type({expression})\n" for expression in CLASSES)
+    (folder / "finite.py").write_text(program + SHOWN)
+    (folder / "continuous.py").write_text(CONTINUOUS + shown)
+    command = [sys.executable, "-m", "basedpyright", "--outputjson", "--pythonpath", sys.executable, "."]
     ended = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
     said = json.loads(ended.stdout)["generalDiagnostics"]
     assert [each["message"] for each in said if each["severity"] == "error"] == []
-    return [each["message"] for each in said if each["severity"] == "information"]
+    told: dict[str, list[str]] = {"finite": [], "continuous": []}
+    for each in said:
+        if each["severity"] == "information":
+            told[Path(each["file"]).stem].append(each["message"])
+    return told
 
 
-def test_a_users_program_is_fully_typed(tmp_path: Path) -> None:
-    [program] = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
-    types = checked(program + SHOWN, tmp_path)
+def test_a_users_program_is_fully_typed(revealed: dict[str, list[str]]) -> None:
+    types = revealed["finite"]
     assert len(types) == len(SHOWN.split())
     assert [each for each in types if re.search(r'is "(type\[)?(Any|Unknown)\b', each)] == []
 
 
-def test_a_users_program_of_a_continuous_game_is_fully_typed(tmp_path: Path) -> None:
-    shown = "".join(f"reveal_type({expression})\n" for expression in CLASSES)
-    types = checked(CONTINUOUS + shown, tmp_path)
-    assert types == [f'Type of "{expression}" is "{name}"' for expression, name in CLASSES.items()]
+def test_a_users_program_of_a_continuous_game_is_fully_typed(revealed: dict[str, list[str]]) -> None:
+    assert revealed["continuous"] == [f'Type of "{expression}" is "{name}"' for expression, name in CLASSES.items()]
     assert len(CONTINUOUS.strip().splitlines()) <= 15
 
 

@@ -1,10 +1,14 @@
 """The command line. Nothing heavy is imported before a command needs it, so that `--help` answers at once."""
 
+import signal
 import sys
-from collections.abc import Iterable, Sequence
+import threading
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 from cyclopts import App, Argument, CycloptsError, Parameter, Token
 from cyclopts.exceptions import (
@@ -17,7 +21,8 @@ from cyclopts.exceptions import (
 )
 
 from gsiirl._version import __version__
-from gsiirl.errors import InputError
+from gsiirl.compilation import silence
+from gsiirl.errors import InputError, InputWarning
 from gsiirl.program_cache import keep_programs
 
 app = App(
@@ -46,6 +51,20 @@ _run.command(
 _run.command("gsiirl.experiments.commands:game", name="game", help="Your own finite game, from a file of arrays.")
 app.command(_run)
 app.command("gsiirl.experiments.commands:resume", name="resume", help="Go on with an interrupted run.")
+_network = App(name="network", help="Look into a network's file, or make one from a plain topology.")
+_network.command(
+    "gsiirl.experiments.network_commands:check",
+    name="check",
+    help="What a network file holds and lacks, and what a run on it takes.\n\n"
+    "The exit status is 0 when `gsiirl run security --graph FILE` can begin, 1 when something is missing or the run "
+    "would take too much memory, and 2 when the file cannot be read or is refused.",
+)
+_network.command(
+    "gsiirl.experiments.network_commands:build",
+    name="build",
+    help="A game from a plain topology and a table of vulnerabilities, for `gsiirl run security --graph`.",
+)
+app.command(_network)
 app.command(
     "gsiirl.experiments.evaluate:evaluate",
     name="evaluate",
@@ -113,10 +132,18 @@ def list_known() -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
     keep_programs()
+    silence()
     try:
-        status = app(sys.argv[1:] if argv is None else list(argv))
+        with _told_in_lines(), _ended_like_interrupted():
+            status = app(sys.argv[1:] if argv is None else list(argv))
     except (InputError, CycloptsError) as error:
         print(f"gsiirl: {error if isinstance(error, InputError) else _as_input_error(error)}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        # What nobody has put in better words; without a file it is a fault of the program's.
+        if error.filename is None:
+            raise
+        print(f"gsiirl: {error.filename}: cannot be used ({error.strerror}); use another, or allow it", file=sys.stderr)
         return 2
     except KeyboardInterrupt as interruption:
         print(": ".join(["gsiirl", "interrupted", *map(str, interruption.args)]), file=sys.stderr)
@@ -124,15 +151,50 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status if isinstance(status, int) else 0
 
 
+@contextmanager
+def _told_in_lines() -> Iterator[None]:
+    """A warning about what is read is one line, once, however often it is read."""
+    with warnings.catch_warnings():
+        show, said = warnings.showwarning, set[str]()
+
+        def tell(message: Warning | str, category: type[Warning], *others: Any, **more: Any) -> None:
+            if not issubclass(category, InputWarning):
+                show(message, category, *others, **more)
+            elif str(message) not in said:
+                said.add(str(message))
+                print(f"gsiirl: {message}", file=sys.stderr)
+
+        warnings.simplefilter("always", InputWarning)
+        warnings.showwarning = tell
+        yield
+
+
+@contextmanager
+def _ended_like_interrupted() -> Iterator[None]:
+    """SIGTERM, with which a cluster ends a job, does what Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def _run_folders(folders: Iterable[Path]) -> list[Path]:
     """The folders of runs and findings named, with those directly below a folder that is none itself; each once."""
     found: dict[Path, None] = {}
+    mend = "give the --out folder of a run"
     for folder in folders:
-        if not folder.is_dir():
-            raise InputError(str(folder), "is no folder", "give the --out folder of a run")
-        runs = [folder] if _is_run(folder) else sorted(below for below in folder.iterdir() if _is_run(below))
+        try:
+            if not folder.is_dir():
+                raise InputError(str(folder), "is no folder", mend)
+            runs = [folder] if _is_run(folder) else sorted(below for below in folder.iterdir() if _is_run(below))
+        except OSError as error:
+            raise InputError(str(folder), f"cannot be read ({error.strerror})", mend) from error
         if not runs:
-            raise InputError(str(folder), "neither is nor holds a run folder", "give the --out folder of a run")
+            raise InputError(str(folder), "neither is nor holds a run folder", mend)
         found |= dict.fromkeys(runs)
     return list(found)
 

@@ -1,4 +1,7 @@
-"""The one error a user meets for bad input."""
+"""The one error a user meets for bad input, and the warnings."""
+
+LONGEST = 400
+"""Characters of each of the three parts of an error that are shown."""
 
 
 class InputError(ValueError):
@@ -14,15 +17,23 @@ class InputError(ValueError):
         self.field = field
         self.problem = problem
         self.mend = mend
+        # What a file holds may be of any length, a line may not.
+        field, problem, mend = (
+            part if len(part) <= LONGEST else f"{part[:LONGEST]}..." for part in (field, problem, mend)
+        )
         super().__init__(" ".join(f"{field}: {problem}; {mend}".split()))
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
         return type(self), (self.field, self.problem, self.mend)
 
 
+class InputWarning(UserWarning):
+    """Something that was read may be other than it looks; the message says what in one line."""
+
+
 class FitWarning(UserWarning):
     """What was learned may be worse than it looks; the message says what is wrong and what helps."""
 
 
-class NetworkWarning(UserWarning):
+class NetworkWarning(InputWarning):
     """A network was read otherwise than its file may seem to say; the message says what was made of it."""

@@ -42,3 +42,13 @@ def test_a_reward_is_like_its_positive_multiples_and_unlike_its_negative():
 def test_a_constant_reward_is_like_nothing():
     _, similarity, first, _ = problem(0)
     assert float(similarity.pearson(jnp.asarray(first), jnp.zeros(5))) == 0.0
+
+
+def test_a_reward_that_is_constant_but_for_rounding_is_like_nothing():
+    # One feature an action of the expert: the same weight on all of them is a constant.
+    features = np.broadcast_to(np.eye(3)[None, None] * (1 + 1e-15), (4, 2, 3, 3))
+    table = TabularFeatures(table=jnp.asarray(features), names=tuple("abc"))
+    similarity = RewardSimilarity.of(helpers.tabular_game(oracles.random_game(0, 4, 2, 3)), table)
+    constant, other = jnp.full(3, 0.1), jnp.asarray([0.3, -0.2, 0.7])
+    assert float(similarity.pearson(other, constant)) == 0.0
+    assert float(similarity.pearson(other, 2.0 * other)) == pytest.approx(1.0)

@@ -109,14 +109,15 @@ def test_resuming_a_finished_run_changes_nothing(finished):
     assert {path: path.read_bytes() for path in finished.rglob("*") if path.is_file()} == before
 
 
-@pytest.mark.parametrize("algorithm", [pytest.param("ma-irl", marks=pytest.mark.slow), "marl"])
+@pytest.mark.slow
+@pytest.mark.parametrize("algorithm", ["ma-irl", "marl"])
 def test_baselines_run(algorithm, tmp_path):
     runner.run(tiny_config(algorithm=algorithm, iterations=2), tmp_path / "run")
     summary = RunFolder.open(tmp_path / "run").summary()
     assert summary is not None
-    assert summary["completed"]
-    assert summary["failed_seeds"] == []
-    assert ("expert_reward_pearson" in summary["final"]) == (algorithm == "ma-irl")
+    assert summary.completed
+    assert summary.failed_seeds == []
+    assert ("expert_reward_pearson" in summary.final) == (algorithm == "ma-irl")
 
 
 @pytest.mark.slow
@@ -136,7 +137,7 @@ def test_a_users_network_runs_and_resumes_after_its_file_is_gone(tmp_path, monke
     runner.resume(tmp_path / "run")
     summary = RunFolder.open(tmp_path / "run").summary()
     assert summary is not None
-    assert summary["completed"]
+    assert summary.completed
 
 
 FLAGS = "--nodes 4 --edges 5 --horizon 3 --seeds 2 --iterations 10 --trajectories 5 --inner-steps 2 --remembered 3"

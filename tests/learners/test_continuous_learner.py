@@ -144,13 +144,14 @@ def test_the_model_that_is_played_to_explore_acts_on_no_commitment(lived):
     learner, _, seen = lived
     episodes = jax.tree.map(lambda leaf: leaf[0, 0], seen)
 
-    def after(own_reward) -> Any:
-        one = dataclasses.replace(learner, own_reward=own_reward)
+    @jax.jit
+    def after(weight) -> Any:
+        one = dataclasses.replace(learner, own_reward=lambda seen: weight * rewards.own_reward(seen))
         state = one.init(jax.random.key(0))
-        return jax.jit(one.update)(state, Interaction(one.policy(state), episodes), jax.random.key(1))
+        return one.update(state, Interaction(one.policy(state), episodes), jax.random.key(1))
 
     # A learner without a reward of its own has nothing to act for, once it commits to nothing.
-    idle = after(lambda seen: 0.0 * rewards.own_reward(seen))
+    idle = after(jnp.float32(0.0))
     for before, moved in zip(
         jax.tree.leaves(learner.init(jax.random.key(0)).explorer.learner.policy),
         jax.tree.leaves(idle.explorer.learner.policy),
@@ -163,7 +164,7 @@ def test_the_model_that_is_played_to_explore_acts_on_no_commitment(lived):
             jax.tree.leaves(idle.solution.learner.policy), jax.tree.leaves(idle.explorer.learner.policy), strict=True
         )
     )
-    busy = jax.tree.leaves(after(rewards.own_reward).explorer.learner.policy)
+    busy = jax.tree.leaves(after(jnp.float32(1.0)).explorer.learner.policy)
     assert np.abs(busy[0] - jax.tree.leaves(idle.explorer.learner.policy)[0]).max() > 0
 
 
@@ -206,28 +207,38 @@ def test_an_expert_that_has_learned_its_reward_shows_hardly_a_gap_at_it_and_a_wi
     state = learner.init(jax.random.key(0))
     played = SOLVER.init(jax.random.key(1)).learner.policy
 
+    update = jax.jit(learner.update)
+
     def moved(sign: float) -> float:
         truth = sign * state.expert_parameters
         seen, _ = expert_like(state, played, lambda seen: EXPERT(state.expert_parameters, seen), 400)
         at = eqx.tree_at(lambda one: one.iterate, state, truth)
-        after = jax.jit(learner.update)(at, Interaction(played, seen), jax.random.key(3))
+        after = update(at, Interaction(played, seen), jax.random.key(3))
         return float(jnp.linalg.norm(after.iterate - truth))
 
     assert moved(1.0) < 0.3 * moved(-1.0)
 
 
-@pytest.mark.parametrize("far", [0.0, 1e6])
+@pytest.fixture(scope="module", params=[0.0, 1e6])
+def still(request, lived):
+    """A learner whose forward model takes no steps, with what counts as far off."""
+    learner = dataclasses.replace(lived[0], solver_steps=0)
+    update = jax.jit(learner.update)
+    with pytest.MonkeyPatch.context() as patched, jax.numpy_dtype_promotion("standard"):
+        patched.setattr(continuous_learner, "FAR", request.param)
+        yield learner, update, request.param
+
+
 @pytest.mark.parametrize(("count", "explored"), [(3, False), (5, True)])
 def test_the_expert_of_the_model_that_was_played_does_what_the_real_one_did_where_it_was_far_off(
-    lived, far: float, count: int, explored: bool, monkeypatch
+    lived, still, count: int, explored: bool
 ):
-    monkeypatch.setattr(continuous_learner, "FAR", far)
-    learner, states, seen = lived
-    still = dataclasses.replace(learner, solver_steps=0)
+    _, states, seen = lived
+    learner, update, far = still
     episodes = jax.tree.map(lambda leaf: leaf[0, 0], seen)
     before = jax.tree.map(lambda leaf: leaf[0, -1], states)
     before = eqx.tree_at(lambda one: one.memory.count, before, jnp.asarray(count, jnp.int32))
-    after = jax.jit(still.update)(before, Interaction(still.propose(before).policy, episodes), jax.random.key(1))
+    after = update(before, Interaction(learner.propose(before).policy, episodes), jax.random.key(1))
     clone = jax.tree.map(lambda leaf: leaf[0], after.memory.kept.clone)
     own, untouched = (before.explorer, before.solution) if explored else (before.solution, before.explorer)
     found, other = (after.explorer, after.solution) if explored else (after.solution, after.explorer)

@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from report.synthetic import write_run
 from report.synthetic_plane import write_plane_comparison
 
 from gsiirl.report import ReportFiles, build_report
-from gsiirl.report.figures import page_figure
+from gsiirl.report.figures import animation, page_figure
 
 
 @pytest.fixture(scope="session")
@@ -21,13 +22,26 @@ def plane_runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Path]
     }
 
 
+def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page_figure, "figure_files", lambda figure: {"png": b"\x89PNG", "svg": b"<svg/>"})
+    monkeypatch.setattr(animation, "_pixels", lambda figure: np.zeros((2, 2), np.uint32))
+
+
 @pytest.fixture(scope="session")
 def plane_report(plane_runs: dict[str, list[Path]], tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
-    """The report of all of them."""
+    """The report of all of them, whose figures are made and not rendered."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        _undrawn(monkeypatch)
+        return build_report([path for paths in plane_runs.values() for path in paths], tmp_path_factory.mktemp("out"))
+
+
+@pytest.fixture(scope="session")
+def drawn_plane_report(plane_runs: dict[str, list[Path]], tmp_path_factory: pytest.TempPathFactory) -> ReportFiles:
+    """The same with everything rendered."""
     return build_report([path for paths in plane_runs.values() for path in paths], tmp_path_factory.mktemp("out"))
 
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are made and not rendered: for tests of a page's words, most of whose time that would take."""
-    monkeypatch.setattr(page_figure, "figure_files", lambda figure: {"png": b"\x89PNG", "svg": b"<svg/>"})
+    _undrawn(monkeypatch)

@@ -8,7 +8,7 @@ import numpy as np
 
 from gsiirl.report.read.group import GameGroup, group_runs
 from gsiirl.report.read.run import ReportedRun
-from gsiirl.runs import RunFolder, summarise
+from gsiirl.runs import Environment, RunFolder, summarise
 
 Edge = tuple[str | None, str, float]
 
@@ -87,6 +87,7 @@ class SyntheticGame:
         }
 
 
+FINISHED = "2026-01-31T12:00:00+00:00"
 FINAL_RETURNS = {"gsiirl": (-4.6, 3.1), "ma-irl": (-6.9, 4.6), "marl": (-6.3, 4.2)}
 """Where the deployed returns (learner, expert) of each made-up algorithm end."""
 
@@ -110,7 +111,7 @@ def write_run(
     if algorithm != "marl":
         _save_learned(run, algorithm, seeds, failed_seed, random)
     run.save_paths(_paths(content, seeds, random))
-    run.write_environment({"versions": {"gsiirl": "0.1.0"}, "device": "cpu", "wall_seconds": 83.2})
+    run.write_environment(Environment(gsiirl="0.1.0", device="cpu", wall_seconds=83.2, finished=FINISHED))
     if completed:
         run.write_summary(summarise(run.config, run.metrics(), completed=True))
     return run
@@ -155,9 +156,11 @@ def _metrics(
     noise = 0.0 if algorithm == "marl" else 0.25
     rows["deployed_return_learner"] = curve(learner if algorithm == "marl" else -8.8, learner, noise)
     rows["deployed_return_expert"] = curve(expert if algorithm == "marl" else 0.8, expert, noise)
-    for name, value in (("truth", (-6.3, 4.2)), ("random", (-9.6, 1.2))):
+    references = (("truth", (-6.3, 4.2)), ("random", (-9.6, 1.2)), ("ceiling", (-4.5, 3.0)), ("sharp", (-4.8, 3.2)))
+    for name, value in references:
         rows[f"{name}_return_learner"], rows[f"{name}_return_expert"] = (np.full(shape, each) for each in value)
     rows["nash_gap"] = np.full(shape, 0.12)
+    rows["regret"] = np.clip((-4.5 - rows["deployed_return_learner"]) / 5.5, 0, 1)
     if failed_seed is not None:
         rows["deployed_return_learner"][failed_seed, -1] = -99.0
     return {name: column.ravel() for name, column in rows.items()}
@@ -184,6 +187,10 @@ def _save_learned(
             weights[failed_seed] = 50.0
         scales[name] = 200.0
         arrays[name] = weights / scales[name]
+    if algorithm == "gsiirl":
+        attacks = np.broadcast_to(np.arange(0.0, 10.0 * len(edges), 10.0), (seeds, len(edges)))
+        for name, counts in (("attacks", attacks), ("chances", attacks / 2)):
+            arrays[name], scales[name], names[name] = np.ascontiguousarray(counts), 1.0, edges
     run.save_learned(arrays, scales, names, seeds=range(seeds))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gsiirl.runs import RunFolder, summarise
+from gsiirl.runs import Environment, RunFolder, summarise
 
 LITTLE = -1000.0
 STEPS = 8
@@ -100,7 +100,7 @@ def write_plane_run(
         run.save_paths(_deception_paths(seeds, random, game["variant"] == "separate_target"))
         if learns:
             _save_weights(run, algorithm, seeds, random)
-    run.write_environment({"wall_seconds": 61.0})
+    run.write_environment(Environment(gsiirl="0.1.0", wall_seconds=61.0, finished="2026-01-31T12:00:00+00:00"))
     run.write_summary(summarise(run.config, run.metrics(), completed=True))
     return run
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from resealing import resealed
 
 from gsiirl.errors import InputError
 from gsiirl.runs import RunFolder
@@ -96,6 +97,6 @@ def test_wrong_metadata_is_refused(tmp_path: Path, old: bytes, new: bytes) -> No
     path = tmp_path / "state.safetensors"
     write_checkpoint(path, {"state": np.zeros(2)}, iteration=20, chunks=2)
     assert old in path.read_bytes()
-    path.write_bytes(path.read_bytes().replace(old, new))
+    path.write_bytes(resealed(path.read_bytes().replace(old, new)))
     with pytest.raises(InputError, match="is damaged"):
         read_checkpoint(path)

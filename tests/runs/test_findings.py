@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from resealing import rewrite
 
 from gsiirl.errors import InputError
 from gsiirl.runs import Curve, Finding, Findings, Measurement, Panel
@@ -92,8 +93,7 @@ def test_no_number_is_written_as_text(tmp_path: Path):
 def test_damaged_findings_are_named_in_one_line(tmp_path: Path, old: str, new: str):
     Findings(False, [a_finding(Measurement("a", 1.0))]).write(tmp_path)
     path = tmp_path / "theory.json"
-    assert old in path.read_text()
-    path.write_text(path.read_text().replace(old, new))
+    rewrite(path, old, new)
     with pytest.raises(InputError) as error:
         Findings.read(tmp_path)
     assert str(error.value).startswith(f"{path}: ")

@@ -2,10 +2,20 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gsiirl.scenarios import random_network
 from gsiirl.scenarios.network import AttackNetwork
-from gsiirl.scenarios.reachable import WORD, TooManyStatesError, reachable_states, starting_state, words
+from gsiirl.scenarios.reachable import (
+    WORD,
+    TooManyStatesError,
+    reachable_states,
+    reached_nodes,
+    starting_state,
+    usable_edges,
+    words,
+)
 
 
 def network(sources: list[int], targets: list[int]) -> AttackNetwork:
@@ -76,3 +86,18 @@ def test_bitmasks_of_more_hosts_than_a_word_holds_are_several_words():
     assert parts.shape == (101, 2)
     assert parts.dtype == np.int64
     assert [low + (high << WORD) for low, high in parts.tolist()] == states.tolist()
+
+
+@given(st.integers(0, 200))
+def test_edges_are_usable_where_a_state_that_can_be_reached_lets_them_be_attacked(seed: int):
+    draw = np.random.default_rng(seed)
+    pairs = [(s, t) for s in range(-1, 6) for t in range(6) if s != t and draw.random() < 0.2]
+    footholds = {int(draw.integers(6))}
+    states = pending = {frozenset(footholds)}
+    while pending:
+        pending = {state | {t} for state in pending for s, t in pairs if s in state | {-1} and t not in state} - states
+        states = states | pending
+    assert usable_edges(pairs, footholds) == {
+        (s, t) for s, t in pairs for state in states if s in state | {-1} and t not in state
+    }
+    assert reached_nodes(pairs, footholds) == {-1}.union(*states)

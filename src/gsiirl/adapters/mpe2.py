@@ -7,6 +7,7 @@ import numpy as np
 
 from gsiirl.adapters.numpy_policy import NumpyPolicy
 from gsiirl.errors import InputError
+from gsiirl.program.command import installing
 
 if TYPE_CHECKING:
     from pettingzoo import ParallelEnv
@@ -28,7 +29,7 @@ def simple_adversary(horizon: int) -> "ParallelEnv[str, Any, Any]":
     try:
         from mpe2 import simple_adversary_v3
     except ModuleNotFoundError as error:
-        raise InputError("--in", "mpe2 is not installed", "run pip install 'gsiirl[mpe2]'") from error
+        raise InputError("--in", "mpe2 is not installed", f"run {installing('mpe2>=1.1.1')}") from error
     return simple_adversary_v3.parallel_env(N=2, max_cycles=horizon, continuous_actions=True)
 
 

@@ -59,6 +59,9 @@ class RewardSimilarity(eqx.Module):
 
 def _cosine(moments: Float[Array, "m m"], first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
     product = jnp.vdot(first, moments @ second)
-    norms = jnp.sqrt(jnp.vdot(first, moments @ first) * jnp.vdot(second, moments @ second))
-    # A constant reward agrees with nothing: correlation 0, not 0/0.
-    return jnp.where(norms > 0, product / jnp.where(norms > 0, norms, 1.0), 0.0)
+    variances = jnp.stack([jnp.vdot(weights, moments @ weights) for weights in (first, second)])
+    # A reward that is constant but for rounding agrees with nothing: correlation 0, not 0/0.
+    rounding = 1e-12 * jnp.trace(moments) * jnp.stack([jnp.vdot(first, first), jnp.vdot(second, second)])
+    norms = jnp.sqrt(jnp.prod(variances))
+    varies = jnp.all(variances > rounding)
+    return jnp.where(varies, product / jnp.where(varies, norms, 1.0), 0.0)

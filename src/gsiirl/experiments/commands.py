@@ -25,9 +25,12 @@ from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.program.command import command
+from gsiirl.program.progress import nobody
 
 MOST_JOBS = 1000
 
+Quiet = Annotated[bool, Parameter(negative="", help="Show no progress.")]
 Out = Annotated[Path, Parameter(metavar="DIR", help="Run folder to make: a new or empty folder.")]
 ConfigFile = Annotated[
     Path | None,
@@ -63,21 +66,21 @@ def _flag(field: str, schema: dict[str, Any]) -> inspect.Parameter:
 
 
 @_with_field_flags(SecurityConfig)
-def security(*, out: Out, config: ConfigFile = None, **flags: Any) -> int:
+def security(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> int:
     """A defender lives with an attacker on an attack graph."""
-    return _run(SecurityConfig, out, config, flags)
+    return _run(SecurityConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(CrossingConfig)
-def crossing(*, out: Out, config: ConfigFile = None, **flags: Any) -> int:
+def crossing(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> int:
     """A robot crosses the way of a human."""
-    return _run(CrossingConfig, out, config, flags)
+    return _run(CrossingConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(DeceptionConfig)
-def deception(*, out: Out, config: ConfigFile = None, **flags: Any) -> int:
+def deception(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> int:
     """Two agents keep an adversary from their target."""
-    return _run(DeceptionConfig, out, config, flags)
+    return _run(DeceptionConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(GameConfig)
@@ -90,20 +93,21 @@ def game(
     *,
     out: Out,
     config: ConfigFile = None,
+    quiet: Quiet = False,
     **flags: Any,
 ) -> int:
     """Your own finite game."""
-    return _run(GameConfig, out, config, flags | ({} if file is None else {"file": file}))
+    return _run(GameConfig, out, config, quiet, flags | ({} if file is None else {"file": file}))
 
 
-def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, flags: dict[str, Any]) -> int:
+def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, quiet: bool, flags: dict[str, Any]) -> int:
     configuration = load_config_file(kind, file, flags)
     if isinstance(configuration, SecurityConfig):
         _say_before(configuration)
     from gsiirl.experiments import runner
 
     with _resumable(out):
-        runner.run(configuration, out)
+        runner.run(configuration, out, nobody if quiet else None)
     return _print_end(out)
 
 
@@ -116,7 +120,7 @@ def _say_before(config: SecurityConfig) -> None:
             print(f"gsiirl: {line}", file=sys.stderr)
 
 
-def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /) -> int:
+def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /, *, quiet: Quiet = False) -> int:
     """Go on with an interrupted run."""
     from gsiirl.runs import RunFolder
 
@@ -124,7 +128,7 @@ def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /
     from gsiirl.experiments import runner
 
     with _resumable(folder):
-        runner.resume(folder)
+        runner.resume(folder, nobody if quiet else None)
     return _print_end(folder)
 
 
@@ -145,6 +149,7 @@ def reproduce(
         Path,
         Parameter(metavar="DIR", help="Folder for the runs and the report; one of an earlier call is gone on with."),
     ],
+    quiet: Quiet = False,
 ) -> None:
     """Every algorithm on security, crossing and deception, then the report: the paper's Table 1 and Figures 2-4.
 
@@ -163,12 +168,12 @@ def reproduce(
 
     try:
         # The longest come last in a report; begun first, all end at about the same time.
-        carry_out(planned[::-1], at_a_time)
+        carry_out(planned[::-1], at_a_time, quiet)
         page = build_report([each.folder for each in planned], out / "report").page
     except KeyboardInterrupt:
         flags = [f"--{name}" for name, given in (("quick", quick), ("maddpg", maddpg)) if given]
         flags += [] if jobs is None else ["--jobs", jobs]
-        again = shlex.join(["gsiirl", "reproduce", *flags, "--seeds", str(number), "--out", str(out)])
+        again = command("reproduce", *flags, "--seeds", number, "--out", out)
         raise KeyboardInterrupt(f"finished runs are kept; go on with `{again}`") from None
     for folder, failed in failed_seeds(planned).items():
         print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))}", file=sys.stderr)
@@ -186,6 +191,7 @@ def ablation(
     seeds: Annotated[str, Parameter(metavar="INT", help="Number of seeds.")] = "10",
     iterations: Annotated[str, Parameter(metavar="INT", help="Outer iterations.")] = "50",
     trajectories: Annotated[str, Parameter(metavar="INT", help="Trajectories of each interaction.")] = "100",
+    quiet: Quiet = False,
 ) -> None:
     """What each change of the default over the paper's preset is worth, on random attack graphs.
 
@@ -198,7 +204,7 @@ def ablation(
     from gsiirl.report import write_ablation_page
 
     try:
-        run_ablation(given, graphs, out)
+        run_ablation(given, graphs, out, quiet)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("finished runs are kept; the same command goes on") from None
     print(write_ablation_page(out))
@@ -222,17 +228,17 @@ def _resumable(folder: Path) -> Iterator[None]:
     except KeyboardInterrupt:
         if not (folder / "config.json").is_file():
             raise KeyboardInterrupt("nothing was written yet") from None
-        raise KeyboardInterrupt(f"go on with `gsiirl resume {shlex.quote(str(folder))}`") from None
+        raise KeyboardInterrupt(f"go on with `{command('resume', folder)}`") from None
 
 
 def _print_end(folder: Path) -> int:
     """Say where the run is and which of its seeds failed; the exit status is 1 where all did."""
     from gsiirl.runs import RunFolder
 
-    name = shlex.quote(str(folder))
-    print(f"The run is in {name}; `gsiirl report {name} --out REPORT` makes its tables and figures.")
+    report = command("report", folder, "--out", f"{folder}-report")
+    print(f"The run is in {shlex.quote(str(folder))}; `{report}` makes its tables and figures.")
     summary = RunFolder.open(folder).summary() if RunFolder.is_at(folder) else None
-    if summary is None or not summary["failed_seeds"]:
+    if summary is None or not summary.failed_seeds:
         return 0
-    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, summary['failed_seeds']))}", file=sys.stderr)
-    return 1 if summary["failed_seeds"] == summary["seeds"] else 0
+    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, summary.failed_seeds))}", file=sys.stderr)
+    return 1 if summary.failed_seeds == summary.seeds else 0

@@ -111,7 +111,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError("--config", f"{path} cannot be read ({error.strerror})", "give a TOML file") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError("--config", f"{path} is not TOML ({error})", "mend the file") from error
 
 

@@ -29,6 +29,7 @@ def evaluate(
         ),
     ] = "deployed",
     episodes: Annotated[str, Parameter(metavar="INT", help="Episodes of each seed, the same for all.")] = "1000",
+    quiet: Annotated[bool, Parameter(negative="", help="Show no progress.")] = False,
 ) -> None:
     """Play a run's policies in somebody else's implementation of the game; writes evaluation-mpe2.json into DIR."""
     from gsiirl.experiments.config import at_least_one
@@ -38,7 +39,7 @@ def evaluate(
     from gsiirl.experiments.deception.mpe2_evaluation import PlayedRun, evaluate_in_mpe2
 
     run = PlayedRun.open(folder)
-    evaluation = evaluate_in_mpe2(run, pair, number)
+    evaluation = evaluate_in_mpe2(run, pair, number, quiet)
     _print_table(evaluation)
     print(folder / f"evaluation-{simulator}.json")
     if run.failed_seeds:

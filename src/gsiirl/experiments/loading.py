@@ -1,5 +1,6 @@
 """`gsiirl.load`: a result from where `Result.save` wrote it, or from a run folder of a finite experiment."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import jax
@@ -12,9 +13,12 @@ from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.front_door.result import MEND, Result, check_shapes, problem_from
 from gsiirl.problems.problem import Problem
+from gsiirl.program.command import command
 from gsiirl.runs import RunFolder
 from gsiirl.runs.files.array_file import read_versioned_arrays
-from gsiirl.runs.files.json_file import read_versioned_json
+from gsiirl.runs.files.checksum import carries_checksum
+from gsiirl.runs.files.damage import refuse_damaged, refuse_unreadable
+from gsiirl.runs.files.json_file import as_typed, read_versioned_json
 from gsiirl.runs.files.table_file import read_table
 
 
@@ -24,39 +28,48 @@ def load(folder: str | Path, seed: int | None = None) -> Result:
     Raises:
         InputError: the folder holds neither, is damaged, or has no such seed.
     """
-    path = Path(folder)
-    if not path.is_dir():
-        raise InputError("folder", f"{path} is no folder", "give one that Result.save wrote, or a run folder")
-    if (path / "config.json").is_file():
-        return load_run(path, seed)
-    if not (path / "result.json").is_file():
-        raise InputError("folder", f"{path} holds no result.json", "give one that Result.save wrote, or a run folder")
+    path, mend = Path(folder), "give one that Result.save wrote, or a run folder"
+    with refuse_unreadable("folder", path, mend):
+        if not path.is_dir():
+            raise InputError("folder", f"{path} is no folder", mend)
+        if (path / "config.json").is_file():
+            return load_run(path, seed)
+        if not (path / "result.json").is_file():
+            raise InputError("folder", f"{path} holds no result.json", mend)
     content = read_versioned_json(path / "result.json", MEND)
-    arrays, _ = read_versioned_arrays(path / "result.safetensors", MEND)
-    history = read_table(path / "history.parquet", MEND)
-    try:
-        if seed is not None and seed != content["seed"]:
-            raise InputError("seed", f"{seed} is not in {path}", f"it holds seed {content['seed']}")
+    saved = as_typed(_Saved, content, path / "result.json", MEND)
+    carries = carries_checksum(content, path)
+    arrays, _ = read_versioned_arrays(path / "result.safetensors", MEND, carries)
+    history = read_table(path / "history.parquet", MEND, carries)
+    if seed is not None and seed != saved.seed:
+        raise InputError("seed", f"{seed} is not in {path}", f"it holds seed {saved.seed}")
+    with refuse_damaged(path / "result.json", MEND):
         problem = problem_from(content, arrays)
         result = Result.learned(
             problem=problem,
-            seed=int(content["seed"]),
-            trajectories=int(content["trajectories"]),
+            seed=saved.seed,
+            trajectories=saved.trajectories,
             policy=arrays["policy"],
             expert_policy=arrays["expert_policy"],
             expert_weights=arrays["expert_weights"],
             dependent_weights=arrays["dependent_weights"],
             history=history,
             played=arrays["played"],
-            effective_draws=float(content["effective_draws"]),
-            sampled=bool(content["sampled"]),
+            effective_draws=saved.effective_draws,
+            sampled=saved.sampled,
         )
-    except InputError:
-        raise
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise InputError(str(path / "result.json"), f"is damaged ({error!r})", MEND) from error
     check_shapes(result, path)
     return result
+
+
+@dataclass(frozen=True)
+class _Saved:
+    """What `result.json` holds besides the problem."""
+
+    seed: int
+    trajectories: int
+    effective_draws: float
+    sampled: bool
 
 
 def load_run(path: Path, seed: int | None) -> Result:
@@ -69,15 +82,16 @@ def load_run(path: Path, seed: int | None) -> Result:
     config = config_from_dict(folder.config, path / "config.json")
     if not isinstance(config, GameConfig | SecurityConfig):
         raise InputError("folder", f"{path} holds a run of {config.experiment}", "only finite games are loaded")
-    policies, learned = folder.load_policies(), folder.load_learned()
-    if policies is None or "learner.table" not in policies:
-        raise InputError("folder", f"{path} keeps no policy", f"finish it with gsiirl resume {path}, or run it anew")
-    if learned is None or "dependent_reward" not in learned.arrays:
+    summary, policies, learned = folder.summary(), folder.load_policies(), folder.load_learned()
+    if summary is None or policies is None or not {"learner.table", "expert.table"} <= policies.keys():
+        finish = f"finish it with {command('resume', path)}, or run it anew"
+        raise InputError("folder", f"{path} keeps no policy", finish)
+    if learned is None or not {"expert_reward", "dependent_reward"} <= learned.arrays.keys():
         raise InputError("folder", f"{path} is a run of {config.algorithm}, which learns no rewards", "load another")
-    chosen = learned.seeds[0] if seed is None else seed
-    if chosen not in learned.seeds:
-        raise InputError("seed", f"{chosen} is not in {path}", f"choose from {', '.join(map(str, learned.seeds))}")
-    place = learned.seeds.index(chosen)
+    chosen = summary.seeds[0] if seed is None else seed
+    if chosen not in summary.seeds:
+        raise InputError("seed", f"{chosen} is not in {path}", f"choose from {', '.join(map(str, summary.seeds))}")
+    place = summary.seeds.index(chosen)
     problem = _problem(config, path)
     history = folder.metrics().filter(polars.col("seed") == chosen).drop("seed")
     effective = history["effective_draws"][-1] if "effective_draws" in history.columns else np.nan

@@ -6,15 +6,14 @@ import pkgutil
 import platform
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-import rich.progress
 from jaxtyping import Array, Key, PyTree
 
 from gsiirl._version import __version__
@@ -23,7 +22,11 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
-from gsiirl.runs import Checkpoint, RunFolder, summarise
+from gsiirl.program.command import command
+from gsiirl.program.progress import Begun, Told, shown
+from gsiirl.runs import Checkpoint, Environment, RunFolder, clear_lock, locked, refuse_used, summarise
+from gsiirl.runs.files.atomic import refuse_unwritable
+from gsiirl.runs.files.damage import START_AGAIN
 
 ANOTHER_VERSION = "it is of another version: begin the run anew in another folder"
 
@@ -35,39 +38,71 @@ SEEDS_TOGETHER = {"cpu": 2, "gpu": None}
 COPIES = 4
 """Of the state of a run, while its checkpoint is written."""
 
-Told = Callable[[int, int], None]
-"""Who is told how many iterations are done, and of how many."""
-
 
 def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
     """Run an experiment into a new run folder; its progress is shown, or told to `told` instead.
 
     Raises:
-        InputError: when the configuration's game or device, or the folder, cannot be used, its seeds take too
-            much memory, or the game cannot be solved with its settings; nothing is written then.
+        InputError: when the configuration's game or device, or the folder, cannot be used, its seeds take too much
+            memory, or the game cannot be solved with its settings (nothing is written then), or when the folder can no
+            longer be written (the run can be gone on with).
     """
     config = config.resolved()
-    with jax.enable_x64(config.double_precision), _on_device(config.device):
+    content = config_to_dict(config)
+    # Before what takes long; and again when the game is known.
+    refuse_used(out, content)
+    with jax.enable_x64(config.double_precision), _on_device(config.device), _shown(config, told) as tell:
         prepared = _prepare(config, None)
         _check_memory(config, prepared)
         references = _references(config, prepared)
-        folder = RunFolder.create(out, config_to_dict(config), prepared.game)
-        _go_on(folder, config, prepared, references, None, told)
+        refuse_used(out, content, prepared.game)
+        with locked(out, "--out"):
+            folder = RunFolder.create(out, content, prepared.game)
+            _go_on(folder, config, prepared, references, None, tell)
 
 
 def resume(path: Path, told: Told | None = None) -> None:
     """Go on with an interrupted run; a finished one is left as it is.
 
     Raises:
-        InputError: when the folder holds no run that can be gone on with.
+        InputError: when the folder holds no run that can be gone on with, or can no longer be written.
     """
     folder = RunFolder.open(path)
     config = config_from_dict(folder.config, path / "config.json")
     if folder.is_finished():
+        clear_lock(path)
         return
-    with jax.enable_x64(config.double_precision), _on_device(config.device):
+    with (
+        jax.enable_x64(config.double_precision),
+        _on_device(config.device),
+        _shown(config, told) as tell,
+        locked(path, str(path), "make it writable, then try again"),
+    ):
+        # Another process may have finished it before it was locked.
+        if folder.is_finished():
+            return
+        checkpoint = folder.load_checkpoint()
+        _refuse_other(folder, checkpoint, config)
         prepared = _prepare(config, path / "game.json")
-        _go_on(folder, config, prepared, _references(config, prepared), folder.load_checkpoint(), told)
+        _go_on(folder, config, prepared, _references(config, prepared), checkpoint, tell)
+
+
+def _refuse_other(folder: RunFolder, checkpoint: Checkpoint | None, config: ExperimentConfig) -> None:
+    """See that a checkpoint is one of this run, and that the metrics before it are there.
+
+    Raises:
+        InputError: it is none, or some of the metrics are missing.
+    """
+    if checkpoint is None:
+        return
+    iteration = checkpoint.iteration
+    if iteration > config.iterations:
+        raise InputError("checkpoint", f"is of iteration {iteration} of {config.iterations}", ANOTHER_VERSION)
+    metrics = folder.metrics(checkpoint.chunks)
+    seeds = [*range(config.first_seed, config.first_seed + config.seeds)]
+    if {*metrics["iteration"]} != {*range(iteration)} or metrics["seed"].unique().sort().to_list() != seeds:
+        problem = f"does not hold {iteration} iterations of {config.seeds} seeds"
+        raise InputError(str(folder.path / "metrics"), problem, START_AGAIN)
 
 
 def _prepare(config: ExperimentConfig, saved_game: Path | None) -> PreparedRun:
@@ -106,9 +141,10 @@ def _go_on(
     prepared: PreparedRun,
     references: dict[str, float],
     checkpoint: Checkpoint | None,
-    told: Told | None,
+    tell: Told,
 ) -> None:
     began = time.perf_counter()
+    tell(0 if checkpoint is None else checkpoint.iteration, prepared.iterations)
     seeds = jnp.arange(config.first_seed, config.first_seed + config.seeds)
     algorithm, iterations = prepared.algorithm, prepared.iterations
     compiled = partial(jax.jit, compiler_options=OF_A_RUN[config.device])
@@ -119,27 +155,28 @@ def _go_on(
         return every(lambda seed, state: algorithm.advance(state, _keys(seed)[1], first, number), seeds, states)
 
     advance = compiled(advance, static_argnums=2)
-    if checkpoint is None:
-        states, iteration, chunk = init(seeds), 0, 0
-    else:
-        states = _restored(checkpoint, jax.eval_shape(init, seeds))
-        iteration, chunk = checkpoint.iteration, checkpoint.chunks
-    with _shown(config) if told is None else nullcontext(told) as tell:
-        tell(iteration, iterations)
-        # The grid of chunks is fixed, so that a resumed run passes through the same ones.
-        while iteration < iterations:
-            number = min(prepared.chunk, iterations - iteration)
-            states, record = advance(states, jnp.asarray(iteration), number)
+    iteration, chunk = (0, 0) if checkpoint is None else (checkpoint.iteration, checkpoint.chunks)
+    states = init(seeds) if checkpoint is None else _restored(checkpoint, jax.eval_shape(init, seeds))
+    # The grid of chunks is fixed, so that a resumed run passes through the same ones.
+    while iteration < iterations:
+        number = min(prepared.chunk, iterations - iteration)
+        states, record = advance(states, jnp.asarray(iteration), number)
+        with _written(folder):
             folder.append_metrics(chunk, _rows(record, seeds, iteration, references))
             iteration, chunk = iteration + number, chunk + 1
             folder.save_checkpoint(_stored(states), iteration, chunk)
-            tell(iteration, iterations)
-        finish = compiled(
-            lambda states: every(lambda seed, state: algorithm.finish(state, _keys(seed)[2]), seeds, states)
-        )
-        ending = finish(states)
+        tell(iteration, iterations)
+    finish = compiled(lambda states: every(lambda seed, state: algorithm.finish(state, _keys(seed)[2]), seeds, states))
+    ending = finish(states)
+    with _written(folder):
         _finish(folder, prepared, ending, seeds, chunk, references)
-    folder.write_environment(_environment(time.perf_counter() - began, checkpoint is not None))
+        folder.write_environment(_environment(time.perf_counter() - began, checkpoint is not None))
+
+
+def _written(folder: RunFolder) -> AbstractContextManager[None]:
+    """What is written meanwhile may fail; the run can be gone on with from what was written before."""
+    mend = f"make room or allow it, then go on with `{command('resume', folder.path)}`"
+    return refuse_unwritable(str(folder.path), folder.path, mend)
 
 
 def over_seeds(together: int | None, function: Callable[..., PyTree], seeds: Array, *states: PyTree) -> PyTree:
@@ -211,10 +248,11 @@ def _restored(checkpoint: Checkpoint, like: PyTree) -> PyTree:
         stored = checkpoint.arrays.get(name)
         if stored is None:
             raise InputError("checkpoint", f"holds no {name}", ANOTHER_VERSION)
-        restored = jax.random.wrap_key_data(jnp.asarray(stored)) if _is_key(leaf) else jnp.asarray(stored, leaf.dtype)
-        if restored.shape != leaf.shape:
-            raise InputError("checkpoint", f"holds {name} of shape {restored.shape}, not {leaf.shape}", ANOTHER_VERSION)
-        leaves.append(restored)
+        raw = jax.eval_shape(jax.random.key_data, leaf) if _is_key(leaf) else leaf
+        if (stored.shape, stored.dtype) != (raw.shape, raw.dtype):
+            held = f"{stored.dtype} of shape {stored.shape}, not {raw.dtype} of shape {raw.shape}"
+            raise InputError("checkpoint", f"holds {name} as {held}", ANOTHER_VERSION)
+        leaves.append(jax.random.wrap_key_data(jnp.asarray(stored)) if _is_key(leaf) else jnp.asarray(stored))
     return jax.tree.unflatten(structure, leaves)
 
 
@@ -230,36 +268,29 @@ def _on_device(name: str) -> AbstractContextManager[object]:
 
 
 @contextmanager
-def _shown(config: ExperimentConfig) -> Iterator[Told]:
-    with progress_bars() as progress:
-        bar = progress.add_task(title(config), total=None)
-        yield lambda done, of: progress.update(bar, completed=done, total=of)
+def _shown(config: ExperimentConfig, told: Told | None) -> Iterator[Told]:
+    """Who is told of the progress: `told`, or whoever looks at the screen."""
+    if told is not None:
+        yield told
+        return
+    with shown() as progress:
+        yield Begun(progress, title(config)).tell
 
 
 def title(config: ExperimentConfig) -> str:
     """What the progress of a run is shown under."""
-    return f"{config.experiment}, {config.algorithm}, {config.seeds} seeds"
+    return f"{config.experiment}, {config.algorithm}, {config.seeds} seed{'s' * (config.seeds > 1)}"
 
 
-def progress_bars() -> rich.progress.Progress:
-    """Bars of iterations; times count from when a bar is added."""
-    return rich.progress.Progress(
-        rich.progress.TextColumn("{task.description}"),
-        rich.progress.BarColumn(),
-        rich.progress.MofNCompleteColumn(),
-        rich.progress.TimeElapsedColumn(),
-        rich.progress.TimeRemainingColumn(),
-    )
-
-
-def _environment(seconds: float, resumed: bool) -> dict[str, Any]:
+def _environment(seconds: float, resumed: bool) -> Environment:
     packages = ("jax", "jaxlib", "equinox", "optax", "numpy", "polars")
-    return {
-        "gsiirl": __version__,
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "packages": {name: importlib.metadata.version(name) for name in packages},
-        "device": str(jax.devices()[0]),
-        "wall_seconds": seconds,
-        "resumed": resumed,
-    }
+    return Environment(
+        gsiirl=__version__,
+        python=platform.python_version(),
+        platform=platform.platform(),
+        packages={name: importlib.metadata.version(name) for name in packages},
+        device=str(jax.devices()[0]),
+        wall_seconds=seconds,
+        resumed=resumed,
+        finished=datetime.now(UTC).isoformat(timespec="seconds"),
+    )

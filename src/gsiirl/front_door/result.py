@@ -21,7 +21,10 @@ from gsiirl.games.tabular import TabularGame
 from gsiirl.problems.problem import Problem, StateActionNames, joint_payoff
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
 from gsiirl.runs.files.array_file import write_arrays
+from gsiirl.runs.files.atomic import refuse_unwritable
+from gsiirl.runs.files.damage import refuse_unreadable
 from gsiirl.runs.files.json_file import FORMAT_VERSION, versioned, write_json
+from gsiirl.runs.files.numbers import is_sound
 from gsiirl.runs.files.table_file import write_table
 
 MEND = "save the result again"
@@ -199,8 +202,9 @@ class Result:
             InputError: the folder holds other files, or cannot be written.
         """
         path = Path(folder)
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise InputError("folder", f"{path} is not empty", "use a new or empty folder")
+        with refuse_unreadable("folder", path, "use another folder"):
+            if path.exists() and (not path.is_dir() or any(path.iterdir())):
+                raise InputError("folder", f"{path} is not empty", "use a new or empty folder")
         if not isinstance(self.problem.game, TabularGame):
             raise InputError("folder", "this problem's game is none of arrays", "keep its run folder instead")
         arrays = {
@@ -219,16 +223,13 @@ class Result:
             "sampled": self.sampled,
             **problem_settings(self.problem),
         }
-        try:
-            path.mkdir(parents=True, exist_ok=True)
+        with refuse_unwritable("folder", path):
             write_arrays(path / "result.safetensors", arrays, {"format_version": str(FORMAT_VERSION)})
             columns = {name: self.history[name].to_numpy() for name in self.history.columns}
             types = {name: type(self.history.schema[name]) for name in self.history.columns}
             write_table(path / "history.parquet", columns, types)  # pyright: ignore[reportArgumentType]
             # Last, so that a folder without it is no result.
             write_json(path / "result.json", versioned(content))
-        except OSError as error:
-            raise InputError("folder", f"{path} cannot be written ({error.strerror})", "use another folder") from error
 
 
 class Results(AbstractResults[Result]):
@@ -254,7 +255,7 @@ def check_shapes(result: Result, path: Path) -> None:
         "dependent_weights": (result.dependent_reward.weights, (len(result.problem.dependent_names),)),
     }
     for name, (array, shape) in wanted.items():
-        if array.shape != shape or not np.isfinite(array).all():
+        if array.shape != shape or array.dtype.kind != "f" or not is_sound(array).all():
             raise InputError(str(path), f"{name} is damaged: shape {array.shape} for {shape}, or not finite", MEND)
 
 

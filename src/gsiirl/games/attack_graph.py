@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
@@ -99,11 +99,6 @@ class AttackGraph(AbstractTabularGame):
     @property
     def number_of_actions(self) -> Sides[int]:
         return Sides(self.number_of_edges + self.no_op.learner, self.number_of_edges + self.no_op.expert)
-
-    @property
-    def usable(self) -> Bool[Array, "S E"]:
-        """Whether an edge can be attacked with any chance of success."""
-        return self.success > 0
 
     def payoff_of_success(self, gains: Float[Array, "S E"]) -> MatchingPayoff:
         """gains[s, e] if the attack on e succeeds, in expectation: success · gains · 1[a_l ≠ a_e]."""

@@ -4,9 +4,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Self
 
-from gsiirl.errors import InputError
-from gsiirl.runs.files.damage import refuse_damaged
-from gsiirl.runs.files.json_file import read_versioned_json, versioned, write_json
+from gsiirl.runs.files.atomic import refuse_unwritable
+from gsiirl.runs.files.json_file import as_typed, read_versioned_json, versioned, write_json
 
 PLAN = "ablation.json"
 
@@ -32,11 +31,8 @@ class Ablation:
         Raises:
             InputError: the folder cannot be written.
         """
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
+        with refuse_unwritable("--out", folder):
             write_json(folder / PLAN, versioned(asdict(self)))
-        except OSError as error:
-            raise InputError("--out", f"{folder} cannot be written ({error.strerror})", "use another folder") from error
 
     @classmethod
     def read(cls, folder: Path) -> Self:
@@ -46,8 +42,4 @@ class Ablation:
             InputError: missing, damaged, or of another format.
         """
         path, mend = folder / PLAN, "run gsiirl ablation again"
-        content = read_versioned_json(path, mend)
-        with refuse_damaged(path, mend):
-            return cls(
-                [str(graph) for graph in content["graphs"]], [AblationVariant(**each) for each in content["variants"]]
-            )
+        return as_typed(cls, read_versioned_json(path, mend), path, mend)

@@ -1,5 +1,6 @@
 """The checkpoint from which an interrupted run goes on."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,7 +32,7 @@ def write_checkpoint(path: Path, arrays: Mapping[str, np.ndarray], iteration: in
     write_arrays(path, arrays, {name: str(value) for name, value in metadata.items()})
 
 
-def read_checkpoint(path: Path) -> Checkpoint | None:
+def read_checkpoint(path: Path, carries: bool = False) -> Checkpoint | None:
     """The checkpoint at `path`, or None where none was written yet.
 
     Raises:
@@ -39,8 +40,8 @@ def read_checkpoint(path: Path) -> Checkpoint | None:
     """
     if not path.exists():
         return None
-    arrays, metadata = read_versioned_arrays(path, MEND)
-    try:
-        return Checkpoint(arrays, iteration=int(metadata["iteration"]), chunks=int(metadata["chunks"]))
-    except (KeyError, ValueError) as error:
-        raise InputError(str(path), "is damaged: it names no iteration or chunks", MEND) from error
+    arrays, metadata = read_versioned_arrays(path, MEND, carries)
+    numbers = [metadata.get(name, "") for name in ("iteration", "chunks")]
+    if not all(re.fullmatch("[0-9]{1,9}", number) for number in numbers):
+        raise InputError(str(path), "is damaged: it names no iteration or chunks", MEND)
+    return Checkpoint(arrays, *map(int, numbers))

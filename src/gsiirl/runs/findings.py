@@ -4,12 +4,22 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from gsiirl.runs.files.damage import refuse_damaged
-from gsiirl.runs.files.json_file import read_versioned_json, versioned, write_json
+from pydantic import BeforeValidator, StringConstraints
+
+from gsiirl.runs.files.checksum import carries_checksum
+from gsiirl.runs.files.json_file import as_typed, read_versioned_json, versioned, write_json
 
 FINDINGS = "theory.json"
+
+
+def _from_text(value: object) -> object:
+    return float(value) if isinstance(value, str) and value in ("nan", "inf", "-inf") else value
+
+
+Number = Annotated[float, BeforeValidator(_from_text)]
+"""A number that may be NaN or infinite, which JSON has no words for: it is a text there."""
 
 
 @dataclass(frozen=True)
@@ -18,9 +28,9 @@ class Measurement:
 
     name: str
     """What was measured, in words."""
-    value: float
-    at_least: float | None = None
-    at_most: float | None = None
+    value: Number
+    at_least: Number | None = None
+    at_most: Number | None = None
     unit: str = ""
 
     @property
@@ -39,11 +49,15 @@ class Curve:
     """A line of a figure: `spread` is the half width of a band around `y`, [] where there is none."""
 
     name: str
-    x: list[float]
-    y: list[float]
-    spread: list[float] = field(default_factory=list)
+    x: list[Number]
+    y: list[Number]
+    spread: list[Number] = field(default_factory=list)
     role: str = "ours"
     """`ours`, `paper` (as the paper prints it) or `guide` (a slope to compare with): decides the look."""
+
+    def __post_init__(self) -> None:
+        if len(self.x) != len(self.y) or len(self.spread) not in (0, len(self.y)):
+            raise ValueError(f"{self.name} has {len(self.x)} x, {len(self.y)} y, {len(self.spread)} spread")
 
 
 @dataclass(frozen=True)
@@ -62,7 +76,7 @@ class Panel:
 class Finding:
     """A claim of the paper as we hold it, what the paper prints, and what was measured."""
 
-    key: str
+    key: Annotated[str, StringConstraints(pattern="^[a-z0-9-]{1,60}$")]
     """Short name for files: `lemma-2`."""
     title: str
     claim: str
@@ -141,42 +155,9 @@ class Findings:
         """
         path, mend = folder / FINDINGS, "run gsiirl theory again in another folder"
         content = read_versioned_json(path, mend)
-        with refuse_damaged(path, mend):
-            return cls(
-                quick=bool(content["quick"]),
-                findings=[_finding(each) for each in content["findings"]],
-                environment={str(name): str(value) for name, value in content["environment"].items()},
-                missing=[str(name) for name in content["missing"]],
-            )
-
-
-def _finding(content: dict[str, Any]) -> Finding:
-    values: dict[str, Any] = _without_holds(content) | {"seconds": float(content["seconds"])}
-    values["measurements"] = [_measurement(each) for each in content["measurements"]]
-    values["panels"] = [
-        Panel(**(panel | {"curves": [_curve(each) for each in panel["curves"]]})) for panel in content["panels"]
-    ]
-    return Finding(**values)
-
-
-def _measurement(content: dict[str, Any]) -> Measurement:
-    values: dict[str, Any] = _without_holds(content) | {"value": float(content["value"])}
-    for name in ("at_least", "at_most"):
-        values[name] = None if content[name] is None else float(content[name])
-    return Measurement(**values)
-
-
-def _curve(content: dict[str, Any]) -> Curve:
-    numbers = {name: [float(value) for value in content[name]] for name in ("x", "y", "spread")}
-    values: dict[str, Any] = content | numbers
-    curve = Curve(**values)
-    if len(curve.x) != len(curve.y) or len(curve.spread) not in (0, len(curve.y)):
-        raise ValueError(f"{curve.name} has {len(curve.x)} x, {len(curve.y)} y, {len(curve.spread)} spread")
-    return curve
-
-
-def _without_holds(content: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in content.items() if name != "holds"}
+        findings = as_typed(cls, content, path, mend)
+        carries_checksum(content, folder)
+        return findings
 
 
 def _numbers_as_json(content: Any) -> Any:

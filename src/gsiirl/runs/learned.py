@@ -9,7 +9,9 @@ import numpy as np
 from gsiirl.errors import InputError
 from gsiirl.runs.files.array_file import read_arrays, write_arrays
 from gsiirl.runs.files.damage import START_AGAIN
-from gsiirl.runs.files.json_file import read_versioned_json, versioned, write_json
+from gsiirl.runs.files.json_file import as_typed, read_versioned_json, versioned, write_json
+from gsiirl.runs.files.numbers import is_sound
+from gsiirl.runs.summary import Summary
 
 
 @dataclass(frozen=True)
@@ -55,30 +57,59 @@ def write_learned(
     write_json(folder / "learned.json", content)
 
 
-def read_learned(folder: Path) -> LearnedParameters | None:
+def read_learned(folder: Path, summary: Summary | None, carries: bool = False) -> LearnedParameters | None:
     """What was learned, or None where nothing was (`marl`, or a run that has not ended).
 
     Raises:
-        InputError: one of the two files is damaged, or they disagree.
+        InputError: one of the two files is damaged, they disagree, or hold no numbers for a seed that did not fail.
     """
-    path = folder / "learned.json"
+    path, arrays_path = folder / "learned.json", folder / "learned.safetensors"
     if not path.exists():
         return None
-    description = read_versioned_json(path, START_AGAIN)
-    arrays, _ = read_arrays(folder / "learned.safetensors", START_AGAIN)
-    try:
-        parameters = description["parameters"]
-        learned = LearnedParameters(
-            seeds=[int(seed) for seed in description["seeds"]],
-            arrays={name: arrays[name] for name in parameters},
-            scales={name: float(parameters[name]["scale"]) for name in parameters},
-            names={name: list(parameters[name]["names"]) for name in parameters},
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            str(path), f"is damaged or does not fit learned.safetensors ({error!r})", START_AGAIN
-        ) from error
-    for name, array in learned.arrays.items():
-        if array.shape != (len(learned.seeds), len(learned.names[name])):
-            raise InputError(str(path), f"{name} does not fit its array of shape {array.shape}", START_AGAIN)
-    return learned
+    described = as_typed(_Described, read_versioned_json(path, START_AGAIN, carries), path, START_AGAIN)
+    arrays, _ = read_arrays(arrays_path, START_AGAIN, carries)
+    if arrays.keys() != described.parameters.keys():
+        raise InputError(str(path), "is damaged: it does not name the arrays of learned.safetensors", START_AGAIN)
+    for name, each in described.parameters.items():
+        shape = (len(described.seeds), len(each.names))
+        if arrays[name].shape != shape or each.shape != list(shape) or arrays[name].dtype.kind != "f":
+            raise InputError(str(path), f"{name} does not fit its array of shape {arrays[name].shape}", START_AGAIN)
+    if summary is not None:
+        if summary.seeds != described.seeds:
+            raise InputError(str(path), "is damaged: it is not of the seeds of summary.json", START_AGAIN)
+        refuse_unsound(arrays_path, arrays, summary)
+    return LearnedParameters(
+        described.seeds,
+        arrays,
+        {name: each.scale for name, each in described.parameters.items()},
+        {name: each.names for name, each in described.parameters.items()},
+    )
+
+
+def refuse_unsound(path: Path, arrays: Mapping[str, np.ndarray], summary: Summary) -> None:
+    """See that the arrays [seeds, ...] of `path` hold numbers for every seed that did not fail.
+
+    Raises:
+        InputError: one holds none, or is not of all seeds.
+    """
+    kept = [place for place, seed in enumerate(summary.seeds) if seed in summary.kept_seeds]
+    for name, array in arrays.items():
+        if array.ndim == 0 or len(array) != len(summary.seeds):
+            raise InputError(str(path), "is damaged: it is not of all seeds", START_AGAIN)
+        if array.dtype.kind != "f" or not is_sound(array[kept]).all():
+            raise InputError(str(path), f"is damaged: {name} holds what is no number", START_AGAIN)
+
+
+@dataclass(frozen=True)
+class _Parameter:
+    shape: list[int]
+    scale: float
+    names: list[str]
+
+
+@dataclass(frozen=True)
+class _Described:
+    """The content of `learned.json`."""
+
+    seeds: list[int]
+    parameters: dict[str, _Parameter]

@@ -8,6 +8,8 @@ import numpy as np
 from gsiirl.runs.files.array_file import read_versioned_arrays, write_arrays
 from gsiirl.runs.files.damage import START_AGAIN
 from gsiirl.runs.files.json_file import FORMAT_VERSION
+from gsiirl.runs.learned import refuse_unsound
+from gsiirl.runs.summary import Summary
 
 
 def write_policies(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -15,12 +17,15 @@ def write_policies(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
     write_arrays(path, arrays, {"format_version": str(FORMAT_VERSION)})
 
 
-def read_policies(path: Path) -> dict[str, np.ndarray] | None:
-    """The weights by name, or None where there are none (`security`, or a run that has not ended).
+def read_policies(path: Path, summary: Summary | None, carries: bool = False) -> dict[str, np.ndarray] | None:
+    """The weights by name, or None where there are none (a run that has not ended).
 
     Raises:
-        InputError: the file is damaged or of an unknown format.
+        InputError: the file is damaged, of an unknown format, or not of the seeds of the summary.
     """
     if not path.exists():
         return None
-    return read_versioned_arrays(path, START_AGAIN)[0]
+    arrays, _ = read_versioned_arrays(path, START_AGAIN, carries)
+    if summary is not None:
+        refuse_unsound(path, arrays, summary)
+    return arrays

@@ -3,9 +3,9 @@
 import os
 from pathlib import Path
 
-from gsiirl.scenarios.files import READERS, read_network
 from gsiirl.scenarios.nasim import nasim_names, nasim_network
 from gsiirl.scenarios.network import AttackNetwork, Variant
+from gsiirl.scenarios.network_file import READERS, read_network
 from gsiirl.scenarios.random_graph import random_network
 
 __all__ = [

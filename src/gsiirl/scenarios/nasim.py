@@ -7,8 +7,8 @@ from NASim's own files.
 from pathlib import Path
 
 from gsiirl.errors import InputError
-from gsiirl.scenarios.files import read_network
 from gsiirl.scenarios.network import AttackNetwork, Variant
+from gsiirl.scenarios.network_file import read_network
 
 FOLDER = Path(__file__).parent / "nasim_networks"
 

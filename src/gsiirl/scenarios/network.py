@@ -1,5 +1,6 @@
 """The attack network: hosts, attack edges, and what they are worth to either side."""
 
+import math
 import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -73,13 +74,13 @@ class AttackNetwork:
         seen: set[str] = set()
         for name in self.node_names:
             if name in seen:
-                raise InputError("nodes", f"node '{name}' is there twice", "give every node a name of its own")
+                raise InputError("nodes", f"node '{shown(name)}' is there twice", "give every node a name of its own")
             seen.add(name)
             if name == "outside":
                 raise InputError(
                     "nodes", "the name 'outside' stands for where entry edges come from", "rename this node"
                 )
-        labels = [f"node '{name}'" for name in self.node_names]
+        labels = [f"node '{shown(name)}'" for name in self.node_names]
         for field in ("value", "criticality"):
             self._set_numbers(field, labels)
 
@@ -100,7 +101,7 @@ class AttackNetwork:
                     raise InputError(
                         field, f"edge {edge} names node {node}", f"give {lowest} to {len(self.node_names) - 1}"
                     )
-        labels = [f"edge '{name}'" for name in self.edge_names]
+        labels = [f"edge '{shown(name, 120)}'" for name in self.edge_names]
         pairs: set[tuple[int, int]] = set()
         for label, source, target in zip(labels, self.edge_source.tolist(), self.edge_target.tolist(), strict=True):
             if source == target:
@@ -110,15 +111,6 @@ class AttackNetwork:
             pairs.add((source, target))
         for field in ("success_probability", "attack_cost", "block_cost"):
             self._set_numbers(field, labels)
-        for label, probability in zip(labels, self.success_probability.tolist(), strict=True):
-            if not 0 < probability <= 1:
-                raise InputError(
-                    "success_probability", f"{label} has {probability:g}", "give a number above 0 and at most 1"
-                )
-        for field in ("attack_cost", "block_cost"):
-            for label, cost in zip(labels, getattr(self, field).tolist(), strict=True):
-                if cost < 0:
-                    raise InputError(field, f"{label} has {cost:g}", "give 0 or more: a cost is paid, not earned")
 
     def _check_start(self) -> None:
         count = len(self.node_names)
@@ -141,9 +133,7 @@ class AttackNetwork:
         if content.shape != (len(labels),):
             raise InputError(field, f"has shape {content.shape}", f"give {len(labels)} numbers, one for each")
         for label, number in zip(labels, content.tolist(), strict=True):
-            if not np.isfinite(number):
-                shown = "NaN" if np.isnan(number) else "an infinite number"
-                raise InputError(field, f"{label} has {shown}", "give a finite number")
+            check_number(field, label, number)
         self._set(field, _read_only(content))
 
     @property
@@ -195,6 +185,24 @@ class AttackNetwork:
                 for edge, source in enumerate(self.edge_source.tolist())
             ],
         }
+
+
+def check_number(field: str, label: str, number: float) -> None:
+    """Refuse a number that the field of a network cannot have; `label` says whose it is."""
+    if not math.isfinite(number):
+        shown_number = "NaN" if math.isnan(number) else "an infinite number"
+        raise InputError(field, f"{label} has {shown_number}", "give a finite number")
+    if field == "success_probability" and not 0 < number <= 1:
+        raise InputError(field, f"{label} has {number:g}", "give a number above 0 and at most 1")
+    if field in ("attack_cost", "block_cost") and number < 0:
+        raise InputError(field, f"{label} has {number:g}", "give 0 or more: a cost is paid, not earned")
+
+
+def shown(text: str, limit: int = 60) -> str:
+    """A text of the user's as messages show it: short, and without characters that a terminal would act on."""
+    if len(text) > limit:
+        text = f"{text[: limit - 20]}...{text[-17:]}"
+    return "".join(character if character.isprintable() else " " for character in text)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

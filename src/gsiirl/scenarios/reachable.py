@@ -1,11 +1,11 @@
 """The states that an attack network's game can reach: sets of compromised nodes, as bitmasks."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from gsiirl.scenarios.network import AttackNetwork
+from gsiirl.scenarios.network import OUTSIDE, AttackNetwork
 
 WORD = 62
 """Nodes whose bits are held together in 64-bit arithmetic; a larger network's masks are Python's own integers."""
@@ -69,6 +69,42 @@ def reachable_states(network: AttackNetwork, starts: Sequence[int], most: float 
         layers.append(frontier)
         counted += frontier.size
     return np.unique(np.concatenate(layers))
+
+
+def reached_nodes(edges: Collection[tuple[int, int]], footholds: Collection[int]) -> set[int]:
+    """The nodes that can ever be compromised, with the footholds and `OUTSIDE`."""
+    return _reached(_following(edges), {OUTSIDE, *footholds})
+
+
+def usable_edges(edges: Collection[tuple[int, int]], footholds: Collection[int]) -> set[tuple[int, int]]:
+    """The edges that can be attacked in a state that can be reached: the source may fall before the target does."""
+    following, start = _following(edges), {OUTSIDE, *footholds}
+    before: dict[int, list[int]] = {}
+    for source, target in edges:
+        before.setdefault(target, []).append(source)
+    usable: set[tuple[int, int]] = set()
+    for target in before.keys() - start:
+        reached = _reached(following, start, but=target)
+        usable |= {(source, target) for source in before[target] if source in reached}
+    return usable
+
+
+def _following(edges: Iterable[tuple[int, int]]) -> dict[int, list[int]]:
+    following: dict[int, list[int]] = {}
+    for source, target in edges:
+        following.setdefault(source, []).append(target)
+    return following
+
+
+def _reached(following: Mapping[int, list[int]], start: Iterable[int], but: int | None = None) -> set[int]:
+    """Every node that is found from `start` without passing through one of them."""
+    reached = set(start)
+    pending = list(reached)
+    while pending:
+        new = set(following.get(pending.pop(), [])) - reached - {but}
+        reached |= new
+        pending += new
+    return reached
 
 
 def words(masks: np.ndarray) -> np.ndarray:

@@ -1,11 +1,12 @@
 """The command `gsiirl theory`. `gsiirl.cli` imports this module only when it is asked for, and JAX later still."""
 
-import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+
+from gsiirl.program.command import command
 
 
 def theory(
@@ -25,6 +26,7 @@ def theory(
             "whose finished checks are kept: after an interruption only the missing ones are run.",
         ),
     ],
+    quiet: Annotated[bool, Parameter(negative="", help="Show no progress.")] = False,
 ) -> int:
     """Measure each lemma and theorem; the exit status is 1 when a measurement misses a bound that the claim sets it."""
     from gsiirl.theory.folder import earlier_findings
@@ -35,10 +37,10 @@ def theory(
     from gsiirl.theory.run import run_checks
 
     try:
-        findings = run_checks(out, quick, earlier)
+        findings = run_checks(out, quick, earlier, quiet)
         page = write_theory_page(findings, out)
     except KeyboardInterrupt:
-        again = shlex.join(["gsiirl", "theory", *(["--quick"] if quick else []), "--out", str(out)])
+        again = command("theory", *(["--quick"] if quick else []), "--out", out)
         raise KeyboardInterrupt(f"finished checks are kept; go on with `{again}`") from None
     print(page)
     missed = [f"{finding.title}, {measurement.name}" for finding, measurement in findings.missed]

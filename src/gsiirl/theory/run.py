@@ -9,16 +9,17 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import jax
-import rich.progress
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from gsiirl._version import __version__
-from gsiirl.errors import InputError
+from gsiirl.program.progress import shown
+from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.findings import Finding, Findings
 from gsiirl.runs.measurement_words import bound_in_words, value_in_words
 
@@ -54,7 +55,7 @@ CHECKS = (
 )
 
 
-def run_checks(out: Path, quick: bool, earlier: Findings | None) -> Findings:
+def run_checks(out: Path, quick: bool, earlier: Findings | None, quiet: bool = False) -> Findings:
     """Run the checks that are not among the `earlier` findings and write `theory.json` after each.
 
     Raises:
@@ -68,7 +69,7 @@ def run_checks(out: Path, quick: bool, earlier: Findings | None) -> Findings:
     findings = Findings(quick, [], _environment())
     findings = _write(findings, known, out)
     # Quick checks call each program a few times only: most of the compiler's work would not pay.
-    with _progress() as progress, jax.enable_x64(True), _compiled_carelessly(True) if quick else nullcontext():
+    with shown(quiet) as progress, jax.enable_x64(True), _compiled_carelessly(True) if quick else nullcontext():
         bar = progress.add_task("", total=len(CHECKS), completed=len(CHECKS) - len(findings.missing))
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
             awaited = {
@@ -107,10 +108,8 @@ def _write(findings: Findings, known: dict[str, list[Finding]], out: Path) -> Fi
         findings=[finding for found in known.values() for finding in found],
         missing=[title for title, found in known.items() if not found],
     )
-    try:
+    with refuse_unwritable("--out", out, "make room or allow it: the same command goes on"):
         findings.write(out)
-    except OSError as error:
-        raise InputError("--out", f"{out} cannot be written ({error.strerror})", "use another folder") from error
     return findings
 
 
@@ -141,15 +140,6 @@ def _print_finding(console: Console, heading: str, finding: Finding) -> None:
     console.print(table)
 
 
-def _progress() -> rich.progress.Progress:
-    return rich.progress.Progress(
-        rich.progress.TextColumn("{task.description}"),
-        rich.progress.BarColumn(),
-        rich.progress.MofNCompleteColumn(),
-        rich.progress.TimeElapsedColumn(),
-    )
-
-
 def _environment() -> dict[str, str]:
     return {
         "gsiirl": __version__,
@@ -157,4 +147,5 @@ def _environment() -> dict[str, str]:
         "platform": platform.platform(),
         "jax": importlib.metadata.version("jax"),
         "device": str(jax.devices()[0]),
+        "date": datetime.now(UTC).date().isoformat(),
     }

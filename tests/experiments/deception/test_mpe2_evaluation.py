@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import polars
 import pytest
+from resealing import rewrite
 
 from gsiirl.adapters import mpe2
 from gsiirl.adapters.numpy_policy import NumpyPolicy
@@ -16,6 +17,7 @@ from gsiirl.cli import main
 from gsiirl.experiments.config import ExperimentConfig, config_to_dict
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
+from gsiirl.program.command import installing
 from gsiirl.runs import RunFolder, summarise
 
 HORIZON, EPISODES, HIDDEN = 4, 3, 5
@@ -131,7 +133,7 @@ def test_a_run_of_another_game_is_refused(config: ExperimentConfig, problem: str
 def test_a_run_that_is_not_finished_is_refused(tmp_path: Path, refused):
     run = finished_run(tmp_path / "run")
     summary = run.path / "summary.json"
-    summary.write_text(summary.read_text().replace('"completed": true', '"completed": false'))
+    rewrite(summary, '"completed": true', '"completed": false')
     expected = f"{run.path}: holds a run that is not finished; run gsiirl resume {run.path}"
     assert refused(run.path) == expected
     summary.unlink()
@@ -145,7 +147,11 @@ def test_a_folder_without_a_run_is_refused(tmp_path: Path, refused):
 
 def test_a_run_without_policies_is_refused(tmp_path: Path, refused):
     run = finished_run(tmp_path / "run")
-    (run.path / "policies.safetensors").unlink()
+    path = run.path / "policies.safetensors"
+    path.unlink()
+    assert refused(run.path) == f"{path}: is missing; start the run again in another folder"
+    # One of an earlier version names no files.
+    rewrite(run.path / "summary.json", '"policies.safetensors"', "")
     assert "keeps no policies" in refused(run.path)
 
 
@@ -166,7 +172,7 @@ def test_damaged_policies_are_refused(tmp_path: Path, refused):
 def test_mpe2_is_asked_for_where_it_is_missing(tmp_path: Path, refused, monkeypatch: pytest.MonkeyPatch):
     run = finished_run(tmp_path / "run")
     monkeypatch.setitem(sys.modules, "mpe2", None)
-    assert refused(run.path) == "--in: mpe2 is not installed; run pip install 'gsiirl[mpe2]'"
+    assert refused(run.path) == f"--in: mpe2 is not installed; run {installing('mpe2>=1.1.1')}"
 
 
 @pytest.fixture
@@ -182,3 +188,37 @@ def refused(capsys: pytest.CaptureFixture[str]):
         return line.removeprefix("gsiirl: ")
 
     return message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('"seeds"', '"sorts"', "summary.json: is damaged: seeds: Field required"),
+        (
+            '"failed_seeds": []',
+            '"failed_seeds": 0',
+            "summary.json: is damaged: failed_seeds: Input should be a valid array",
+        ),
+        (
+            '"completed": true',
+            '"completed": "no"',
+            "summary.json: is damaged: completed: Input should be a valid boolean",
+        ),
+        ('"final"', '"last"', "summary.json: is damaged: final: Field required"),
+        ('"deployed_return_expert"', '"return"', "summary.json: is damaged: final holds no deployed_return_expert"),
+    ],
+)
+def test_a_damaged_summary_is_refused(old: str, new: str, problem: str, tmp_path: Path, refused):
+    run = finished_run(tmp_path / "run")
+    rewrite(run.path / "summary.json", old, new)
+    assert problem in refused(run.path)
+
+
+@pytest.mark.parametrize("change", [lambda each: each * np.nan, lambda each: each[:, 0], lambda each: each[0, 0, 0]])
+def test_weights_that_cannot_be_are_refused(change: Any, tmp_path: Path, refused):
+    run = finished_run(tmp_path / "run")
+    weights = run.load_policies()
+    assert weights is not None
+    name = "response.layers.1.weight"
+    run.save_policies(weights | {name: np.asarray(change(weights[name]))})
+    assert refused(run.path).startswith(f"{run.path / 'policies.safetensors'}: is damaged")

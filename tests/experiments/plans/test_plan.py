@@ -16,7 +16,8 @@ from gsiirl.experiments.plans import side_by_side
 from gsiirl.experiments.plans.plan import carry_out, check_folders, failed_seeds
 from gsiirl.experiments.plans.planned_run import PlannedRun
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.runs import RunFolder
+from gsiirl.runs import RunFolder, Summary
+from gsiirl.runs.files.json_file import write_json
 
 
 @pytest.fixture
@@ -48,7 +49,7 @@ def test_what_is_there_is_gone_on_with_and_the_rest_begun(done, tmp_path):
 def test_what_is_finished_is_left_alone(done, tmp_path, monkeypatch, jobs: int):
     [each, _] = planned(tmp_path)
     folder = RunFolder.create(each.folder, config_to_dict(each.config.resolved()), {"name": "none"})
-    folder.write_summary({"completed": True, "failed_seeds": []})
+    folder.write_summary(Summary("security", "marl", [0, 1], [], 2, completed=True, final={}))
 
     def no_process(*_: object, **__: object) -> None:
         raise AssertionError("a process was started for a run that is finished")
@@ -63,7 +64,7 @@ def test_a_folder_cut_before_it_was_a_run_is_begun_anew(done, tmp_path, left: li
     [each, _] = planned(tmp_path)
     each.folder.mkdir()
     for name in left:
-        (each.folder / name).write_text("{")
+        write_json(each.folder / name, {"format_version": 1})
     carry_out([each])
     assert done == [("run", each.folder)]
     assert not list(each.folder.glob("*.aside"))
@@ -112,8 +113,9 @@ def test_a_configuration_that_cannot_be_used_stops_the_plan_before_it_begins(don
 def test_failed_seeds_are_named_by_run(done, tmp_path):
     runs = planned(tmp_path)
     carry_out(runs)
-    for (folder, _), failed in zip(runs, ([], [3, 5]), strict=True):
-        RunFolder.open(folder).write_summary({"failed_seeds": failed})
+    for (folder, config), failed in zip(runs, ([], [3, 5]), strict=True):
+        summary = Summary("security", config.algorithm, [3, 4, 5], failed, 2, completed=True, final={})
+        RunFolder.open(folder).write_summary(summary)
     assert failed_seeds(runs) == {runs[1].folder: [3, 5]}
 
 

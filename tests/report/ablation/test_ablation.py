@@ -1,4 +1,4 @@
-import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +7,9 @@ import pytest
 from gsiirl.errors import InputError
 from gsiirl.report import write_ablation_page
 from gsiirl.report.ablation.results import AblationResults
+from gsiirl.report.read.verdict import RULE
 from gsiirl.runs import Ablation, AblationVariant, RunFolder, summarise
+from gsiirl.runs.files.json_file import write_json
 
 SEEDS, ITERATIONS, MARL, RANDOM = 6, 2, -5.0, -6.0
 PLAN = Ablation(
@@ -22,14 +24,20 @@ PLAN = Ablation(
 MEANS = {"paper": -6.5, "memory": -5.5, "nothing": -5.5, "harm": -7.0}
 
 
-def write_variant(path: Path, mean: float, completed: bool = True) -> None:
+def write_variant(path: Path, mean: float, completed: bool = True, noisy: bool = True) -> None:
     """A run whose deployed return ends at `mean`, with seeds ± 0.3 about it, the same for every variant."""
-    config = {"experiment": "security", "algorithm": "gsiirl", "seeds": SEEDS, "iterations": ITERATIONS}
+    config = {
+        "experiment": "security",
+        "algorithm": "gsiirl",
+        "seeds": SEEDS,
+        "iterations": ITERATIONS,
+        "graph_seed": 0,
+    }
     run = RunFolder.create(path, config, {"name": "made up"})
     shape = (SEEDS, ITERATIONS + 1)
     offsets = np.linspace(-0.3, 0.3, SEEDS)[:, None]
     # A different fall of each variant's noise: without it, paired differences would have no spread at all.
-    noise = 0.05 * np.random.default_rng(abs(int(100 * mean)) + len(path.name)).normal(size=shape)
+    noise = 0.05 * noisy * np.random.default_rng(abs(int(100 * mean)) + len(path.name)).normal(size=shape)
     noise -= noise.mean(axis=0, keepdims=True)
     columns = {
         "deployed_return_learner": mean + offsets + noise,
@@ -63,15 +71,30 @@ def test_the_plan_reads_back_as_written(tmp_path):
 def test_changes_are_judged_by_paired_differences(folder):
     results = AblationResults.read(folder)
     first, *changes = PLAN.variants
-    assert results.effects(first) == []
-    for variant, difference, verdict in zip(
-        changes, (1.0, 0.0, -1.5), ("better", "no difference", "worse"), strict=True
-    ):
-        effects = results.effects(variant)
+    assert (results.verdicts(first), results.verdict(first)) == ([], "")
+    # Seeds differ by up to 0.6, their differences do not.
+    told = ("better", f"cannot tell with {SEEDS} seeds", "worse")
+    for variant, verdict in zip(changes, told, strict=True):
         assert results.verdict(variant) == f"{verdict} on 2"
-        # Seeds differ by up to 0.6, their differences do not.
-        np.testing.assert_allclose([effect.mean for effect in effects], difference, atol=1e-9)
-        assert all(effect.std < 0.2 for effect in effects)
+
+
+def test_a_variant_that_changes_nothing_is_the_same(tmp_path):
+    Ablation(["graph-0"], PLAN.variants[:2]).write(tmp_path)
+    for variant in PLAN.variants[:2]:
+        write_variant(tmp_path / "graph-0" / variant.name, -6.0, noisy=False)
+    assert AblationResults.read(tmp_path).verdict(PLAN.variants[1]) == "the same on 1"
+
+
+def test_a_correlation_that_is_none_is_a_dash(folder):
+    cell = AblationResults.read(folder).results["graph-0", "paper"]
+    assert cell.correlation == "0.90"
+    assert replace(cell, pearson=np.array([0.9, 0.0])).correlation == "\N{EN DASH}"
+
+
+def test_how_it_was_made_is_told(folder):
+    page = write_ablation_page(folder).read_text()
+    assert "gsiirl ablation --graph-seeds 0,0 --seeds 6 --iterations 2 --out ablation" in page
+    assert str(folder) not in page
 
 
 def test_no_seed_is_left_out_for_ending_badly(folder):
@@ -91,7 +114,8 @@ def test_the_page_holds_every_variant_and_the_same_runs_give_the_same_bytes(fold
         assert variant.name in page
         assert f"| {variant.name}: {variant.description} |" in table
     assert "better on 2" in page
-    assert "no difference on 2" in page
+    assert f"cannot tell with {SEEDS} seeds on 2" in page
+    assert RULE.split("(")[0] in page
     assert "http" not in page.replace("http://www.w3.org", "")
     write_ablation_page(folder)
     assert {path.name: path.read_bytes() for path in files} == first
@@ -105,6 +129,6 @@ def test_an_unfinished_run_is_named(folder):
 
 
 def test_a_damaged_plan_is_named(tmp_path):
-    (tmp_path / "ablation.json").write_text(json.dumps({"format_version": 1, "graphs": ["graph-0"]}))
+    write_json(tmp_path / "ablation.json", {"format_version": 1, "graphs": ["graph-0"]})
     with pytest.raises(InputError, match=r"ablation.json: is damaged"):
         write_ablation_page(tmp_path)

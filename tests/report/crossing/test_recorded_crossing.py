@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from report.synthetic_plane import write_plane_run
+from resealing import rewrite
 
 from gsiirl.errors import InputError
 from gsiirl.report import build_report
@@ -20,7 +21,7 @@ from gsiirl.report import build_report
 def test_a_damaged_game_is_named_in_one_line(tmp_path: Path, name: str, old: str, new: str) -> None:
     write_plane_run(tmp_path / "run", "crossing", "marl", seeds=1)
     path = tmp_path / "run" / name
-    path.write_text(path.read_text().replace(old, new))
+    rewrite(path, old, new)
     with pytest.raises(InputError, match=f"{name}: is damaged") as error:
         build_report([tmp_path / "run"], tmp_path / "out")
     assert "\n" not in str(error.value)

@@ -47,7 +47,7 @@ def test_random_play_far_off_is_told_and_does_not_flatten_the_curves(tmp_path: P
     figure = draw_returns(group_runs([ReportedRun.read(run.path)])[0])
     assert figure is not None
     panel = figure.axes[0]
-    assert any(text.get_text().startswith("learner that plays at random: -80.00") for text in panel.texts)
+    assert any(text.get_text().startswith("learner that plays at random: \N{MINUS SIGN}80.00") for text in panel.texts)
     assert panel.get_ylim()[0] > -10
 
 

@@ -1,10 +1,10 @@
 """Deception has the figures that its files allow."""
 
-import json
 from pathlib import Path
 
 from report.synthetic import group_of
 from report.synthetic_plane import write_plane_run
+from resealing import rewrite
 
 from gsiirl.report.deception.figures import deception_figures
 from gsiirl.report.figures.style import figure_style
@@ -12,10 +12,8 @@ from gsiirl.report.figures.style import figure_style
 
 def test_deception_without_its_truth_or_paths_has_the_other_figures(tmp_path: Path) -> None:
     write_plane_run(tmp_path / "run", "deception", "gsiirl", variant="separate_target")
-    game = tmp_path / "run" / "game.json"
-    game.write_text(
-        json.dumps({name: value for name, value in json.loads(game.read_text()).items() if name != "truth"})
-    )
+    rewrite(tmp_path / "run" / "game.json", '"truth"', '"lie"')
+    rewrite(tmp_path / "run" / "summary.json", '"paths.parquet"', '"learned.json"')
     (tmp_path / "run" / "paths.parquet").unlink()
     group = group_of([tmp_path / "run"])
     with figure_style():

@@ -2,21 +2,24 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import markupsafe
 import numpy as np
 import polars
 import pytest
 from report.synthetic import RING, SyntheticGame, dense_graph, write_comparison, write_run
+from resealing import rewrite
 
 from gsiirl.errors import InputError
 from gsiirl.report import ReportFiles, build_report
 from gsiirl.report.read.run import ReportedRun
-from gsiirl.runs import RunFolder
+from gsiirl.runs import RunFolder, summarise
 
-ONE_GAME = ("attack-graph", "returns", "recovery", "path")
+ONE_GAME = ("attack-graph", "recovery", "returns", "path")
 
 
 @pytest.fixture(scope="module")
@@ -78,13 +81,13 @@ def test_returns_are_those_of_the_summaries(runs: list[Path], files: ReportFiles
         summary = RunFolder.open(path).summary()
         assert summary is not None
         for side in ("learner", "expert"):
-            final = summary["final"][f"deployed_return_{side}"]
+            final = summary.final[f"deployed_return_{side}"]
             deployed = row[side]["deployed"]
-            assert deployed["mean"] == pytest.approx(final["mean"])
-            assert deployed["std"] == pytest.approx(final["std"])
+            assert deployed["mean"] == pytest.approx(final.mean)
+            assert deployed["std"] == pytest.approx(final.std)
             assert deployed["count"] == 3
             # Student's t with 2 degrees of freedom, 97.5 %.
-            assert deployed["high"] - deployed["mean"] == pytest.approx(4.30265273 * final["std"] / np.sqrt(3))
+            assert deployed["high"] - deployed["mean"] == pytest.approx(4.30265273 * final.std / np.sqrt(3))
 
 
 def test_the_papers_figures_stand_beside_ours(files: ReportFiles) -> None:
@@ -135,8 +138,17 @@ def test_failed_seeds_are_named_and_left_out(tmp_path: Path) -> None:
     assert row["learner"]["deployed"]["mean"] > -6
     (quality,) = [row for row in group["quality"] if row["algorithm"] == "gsiirl"]
     assert quality["failed_seeds"] == [1]
-    assert "Seed 1 of GSIIRL failed" in files.page.read_text()
-    assert "2 of 3 (failed: 1)" in files.table_markdown.read_text()
+    page, markdown = files.page.read_text(), files.table_markdown.read_text()
+    assert "1 of 3 seeds of GSIIRL failed (seed 1)" in page
+    assert "2 of 3 (failed: 1)" in markdown
+    # The means over all seeds stand beside those without it, in every table.
+    overall = row["learner"]["deployed"]["all_seeds"]
+    assert overall["count"] == 3
+    assert overall["mean"] < -30
+    told = f"all 3 seeds: \N{MINUS SIGN}{-overall['mean']:.2f} ± {overall['std']:.2f}"
+    assert page.count(told) == 2
+    assert markdown.count(f"({told})") == 2
+    assert "all: 0.120 ± 0.000" in page
 
 
 def test_a_run_whose_seeds_all_failed_is_told_and_drawn_nowhere(tmp_path: Path) -> None:
@@ -180,12 +192,11 @@ def test_two_runs_of_one_algorithm_carry_their_folders_names(runs: list[Path], t
 @pytest.mark.usefixtures("undrawn")
 def test_an_unknown_algorithm_is_shown_under_its_name(tmp_path: Path) -> None:
     write_run(tmp_path / "run", "marl")
-    config = tmp_path / "run" / "config.json"
-    config.write_text(config.read_text().replace('"marl"', '"lin2019"'))
+    rewrite(tmp_path / "run" / "config.json", '"marl"', '"lin2019"')
     (tmp_path / "run" / "summary.json").unlink()
     files = build_report([tmp_path / "run"], tmp_path / "out")
     assert [row["label"] for row in table_of(files)["groups"][0]["quality"]] == ["lin2019"]
-    assert "The defender that learned with lin2019 ends at" in files.page.read_text()
+    assert "lin2019&#39;s defender reached" in files.page.read_text()
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -212,7 +223,7 @@ def test_a_game_of_another_kind_has_returns_and_no_graph(tmp_path: Path) -> None
     files = build_report([run.path], tmp_path / "out")
     assert {path.stem for path in files.figures} == {"game-1-returns"}
     page = files.page.read_text()
-    assert "The learner that learned by interacting (GSIIRL) ends at \N{MINUS SIGN}2.00 ± 0.00" in page
+    assert "GSIIRL&#39;s learner, deployed, ends at \N{MINUS SIGN}2.00." in page
     assert "attacker" not in page
     assert "Table 1" not in page
 
@@ -224,6 +235,67 @@ def test_names_of_the_users_are_text_and_nothing_else(tmp_path: Path) -> None:
     page = build_report([tmp_path / "run"], tmp_path / "out").page.read_text()
     assert "<script" not in page
     assert "&lt;script&gt;" in page
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_one_host_where_nothing_can_be_gained_is_a_tie(tmp_path: Path) -> None:
+    lone = {"nodes": ["a"], "footholds": [], "edges": [(None, "a", 0.5)]}
+    run = write_run(tmp_path / "run", "gsiirl", SyntheticGame(lone), seeds=2, iterations=0)
+    table = run.metrics()
+    names = [name for name in table.columns if name.endswith("_return_learner")]
+    rows = {name: table[name].to_numpy() for name in table.columns} | {name: np.full(2, -10.0) for name in names}
+    rows["expert_reward_pearson"] = np.zeros(2)
+    (run.path / "summary.json").unlink()
+    run.append_metrics(0, {**rows, "deployed_return_learner": np.array([-10.0, -10.0 + 2e-15])})
+    run.write_summary(summarise(run.config, run.metrics(), completed=True))
+    files = build_report([run.path], tmp_path / "out")
+    (group,) = table_of(files)["groups"]
+    assert group["takeaways"][0].startswith("Nothing can be gained here")
+    assert group["takeaways"][1] == "GSIIRL does the same as sharp MARL, MARL and random play."
+    # A correlation that there is not has a dash, and no number anywhere.
+    assert "expert_reward_pearson" not in group["quality"][0]
+    assert "| Pearson, expert's reward |" in files.table_markdown.read_text()
+    assert not re.search(r"\N{MINUS SIGN}0\.0+(?![0-9])", files.page.read_text())
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_page_tells_how_it_was_made_and_no_path_of_the_machine(runs: list[Path], tmp_path: Path) -> None:
+    copies = [tmp_path / "else" / path.name for path in runs]
+    for path, copy in zip(runs, copies, strict=True):
+        shutil.copytree(path, copy)
+        rewrite(copy / "config.json", '"security"', f'"security", "graph": "{tmp_path}/mine.json"')
+    # The same folder's name twice, so that labels would be alike.
+    files = build_report([*copies, runs[0]], tmp_path / "out")
+    page, markdown = files.page.read_text(), files.table_markdown.read_text()
+    for text in (page, markdown, files.table_json.read_text()):
+        assert str(tmp_path) not in text
+        assert str(runs[0].parent) not in text
+    for text in (page, markdown):
+        assert "gsiirl run security --graph mine.json --algorithm ma-irl --seeds 3 --iterations 20 --out ma-irl" in text
+        assert "2026-01-31" in text
+    assert "<th>graph</th><td>mine.json</td>" in page
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_variant_that_hands_the_learner_the_reward_says_so(tmp_path: Path) -> None:
+    run = write_run(tmp_path / "zero", "gsiirl", SyntheticGame(RING, variant="zero_sum"), iterations=1)
+    files = build_report([run.path], tmp_path / "out")
+    told = "r_ld = \N{MINUS SIGN}r_e here"
+    assert files.page.read_text().count(told) == 2
+    assert told in files.table_markdown.read_text()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_names_of_any_kind_stand_whole_in_the_table_of_machines(tmp_path: Path) -> None:
+    names = ["prod-eu-west-1-webserver-01", "prod-eu-west-1-webserver-02", "データベース", "{{ 7 * 7 }}", "a|<i>b</i>"]
+    graph = {"nodes": names, "footholds": names[:1], "edges": [(names[0], name, 0.5) for name in names[1:]]}
+    run = write_run(tmp_path / "run", "gsiirl", SyntheticGame(graph), seeds=1, iterations=0)
+    files = build_report([run.path], tmp_path / "out")
+    page, markdown = files.page.read_text(), files.table_markdown.read_text()
+    for number, name in enumerate(names, start=1):
+        assert f"<tr><td>{number}</td><th>{markupsafe.escape(name)}</th>" in page
+    assert "| a\\|&lt;i>b&lt;/i> |" in markdown
+    assert "| データベース |" in markdown
 
 
 def test_a_folder_that_is_no_run_is_refused_and_nothing_written(runs: list[Path], tmp_path: Path) -> None:
@@ -252,8 +324,7 @@ def test_a_run_without_any_iteration_is_refused(tmp_path: Path) -> None:
 def test_a_damaged_run_is_named_in_one_line(tmp_path: Path, name: str, old: str, new: str) -> None:
     write_run(tmp_path / "run", "gsiirl")
     path = tmp_path / "run" / name
-    assert old in path.read_text()
-    path.write_text(path.read_text().replace(old, new))
+    rewrite(path, old, new)
     with pytest.raises(InputError, match=f"{name}: is damaged") as error:
         build_report([tmp_path / "run"], tmp_path / "out")
     assert "\n" not in str(error.value)

@@ -9,8 +9,8 @@ from gsiirl.report import ReportFiles
 from gsiirl.report.page.game_figures import draw_figures
 
 ONE_GAME = {
-    "crossing": ["animation", "returns", "rates", "reward-map", "path"],
-    "deception": ["animation", "returns", "weights", "path"],
+    "crossing": ["reward-map", "animation", "returns", "rates", "path"],
+    "deception": ["weights", "animation", "returns", "path"],
 }
 
 

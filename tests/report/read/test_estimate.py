@@ -19,11 +19,3 @@ def test_the_interval_is_students(count: int) -> None:
 
 def test_one_seed_has_no_spread() -> None:
     assert Estimate.over(np.array([2.5])) == Estimate(2.5, 0.0, 2.5, 2.5, 1)
-
-
-@pytest.mark.parametrize(
-    ("values", "sign"),
-    [([1.0, 2.0, 3.0, 2.0], 1), ([-1.0, -2.0, -3.0, -2.0], -1), ([-1.0, 2.0, 1.0], 0), ([0.5], 1), ([0.0], 0)],
-)
-def test_the_sign_is_decided_by_the_interval(values: list[float], sign: int) -> None:
-    assert Estimate.over(np.array(values)).sign == sign

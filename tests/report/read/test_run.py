@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gsiirl.errors import InputError
-from gsiirl.report.page.verdicts import verdicts
+from gsiirl.report.page.notes import warnings
 from gsiirl.report.read.group import group_runs
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.runs import RunFolder
@@ -30,7 +30,7 @@ def test_a_seed_with_such_a_value_midway_is_left_out_of_the_curve_and_named(tmp_
     np.testing.assert_array_equal(curve.mean, [2.0, 3.0, 4.0])
     assert run.not_finite(METRIC) == [1]
     (group,) = group_runs([run])
-    assert any("deployed_return_learner (seed 1). Such a seed is left out" in each for each in verdicts(group))
+    assert any("deployed_return_learner (seed 1). Such a seed is left out" in each for each in warnings(group))
 
 
 def test_without_a_sound_seed_there_is_no_curve(tmp_path: Path) -> None:
@@ -47,11 +47,11 @@ def test_what_is_measured_from_some_iteration_on_begins_there(tmp_path: Path) ->
     np.testing.assert_allclose(curve.mean, [0.2])
     assert run.not_finite("exploitability_learner") == []
     (group,) = group_runs([run])
-    assert verdicts(group) == [sentence for sentence in verdicts(group) if "finite" not in sentence]
+    assert warnings(group) == [sentence for sentence in warnings(group) if "finite" not in sentence]
 
 
 def test_a_damaged_file_of_learned_parameters_is_named_itself(tmp_path: Path) -> None:
     run_of(tmp_path, np.array([[1.0]]))
     (tmp_path / "run" / "learned.json").write_text("[]")
-    with pytest.raises(InputError, match=r"run/learned.json: is damaged: no JSON object"):
+    with pytest.raises(InputError, match=r"run/learned.json: is damaged: its checksum is gone"):
         ReportedRun.read(tmp_path / "run")

@@ -12,6 +12,7 @@ from report.synthetic_theory import all_findings, missed, power_law
 
 from gsiirl.errors import InputError
 from gsiirl.report import build_report, write_theory_page
+from gsiirl.report.theory.part import TheoryPart
 from gsiirl.runs import Findings
 from gsiirl.runs.measurement_words import bound_in_words, value_in_words
 
@@ -60,7 +61,7 @@ def test_a_missed_bound_is_told_at_once(page: str):
     assert "Lemma 2: Hypergradient by finite differences" in summary
     assert "& its variance with 1/N. 2 of 2 holds 3.2" in summary
     assert "2 of 4 bounds hold; missed in The leader" in page
-    assert "not measured yet are Lemma 6" in page
+    assert "Not run yet: Lemma 6" in page
     assert "quick mode" in page
 
 
@@ -97,6 +98,26 @@ def test_words_of_the_findings_are_text_and_nothing_else(tmp_path: Path):
     assert "&lt;script&gt;" in page
 
 
+@pytest.mark.parametrize(
+    ("missing", "verdict"),
+    [
+        ([], "All 2 bounds hold."),
+        (["Lemma 6"], "All 2 bounds measured so far hold; not every check was run."),
+    ],
+)
+@pytest.mark.usefixtures("undrawn")
+def test_all_bounds_hold_only_where_every_check_was_run(missing: list[str], verdict: str):
+    part = TheoryPart.of(Findings(False, [power_law()], missing=missing), "theory", "")
+    assert part.verdict == verdict
+
+
+def test_how_the_theory_was_measured_is_told(folder: Path):
+    page = section_of((folder / "index.html").read_text(), "made")
+    assert "gsiirl theory --quick --out theory, not recorded, by gsiirl 0.0, jax 0.0" in page
+    part = TheoryPart(Findings(False, [], {"gsiirl": "0.0", "date": "2026-01-31"}), "theory", [])
+    assert "gsiirl theory --out theory, 2026-01-31, by gsiirl 0.0;" in part.made
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_a_finding_without_panels_has_its_table_alone(tmp_path: Path):
     page = write_theory_page(Findings(False, [replace(missed(), panels=[])]), tmp_path).read_text()
@@ -115,7 +136,7 @@ def test_a_report_takes_findings_alone(folder: Path, tmp_path: Path):
     assert "largest ratio of two distances 1.00001 at most 1 missed" in section_of(page, "theory-1-theorem-1")
     assert "| largest ratio of two distances | 1.00001 | at most 1 | MISSED |" in table
     content = json.loads(files.table_json.read_text())
-    assert content["theory"] == [json.loads((folder / "theory.json").read_text())]
+    assert content["theory"] == [Findings.read(folder).json()]
     assert sorted(content["files"]) == sorted(content_of(files.page.parent))
 
 

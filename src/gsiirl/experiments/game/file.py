@@ -15,6 +15,7 @@ from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.front_door.result import problem_arrays, problem_from, problem_settings
 from gsiirl.games.tabular import TabularGame
 from gsiirl.problems.problem import Problem, joint_payoff
+from gsiirl.runs.files.damage import refuse_damaged, refuse_unreadable
 
 FIELD = "FILE"
 REQUIRED = ("initial", "horizon", "expert_reward", "temperature")
@@ -52,15 +53,13 @@ class OwnGame:
         Raises:
             InputError: it is damaged.
         """
-        try:
+        with refuse_damaged(path):
             arrays = {name: np.asarray(values) for name, values in content["problem"].items()}
             problem = problem_from(content["settings"], arrays)
             truth = content["truth"]
             return cls(
                 str(content["name"]), problem, np.asarray(truth["expert_reward"], float), float(truth["temperature"])
             )
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise InputError(str(path), f"is damaged ({error!r})", "start the run again in another folder") from error
 
 
 def read_game(name: str, told_temperature: bool) -> OwnGame:
@@ -71,8 +70,9 @@ def read_game(name: str, told_temperature: bool) -> OwnGame:
     """
     path_name, _, function = name.partition(":") if ".py:" in name else (name, "", "")
     path = Path(path_name)
-    if not path.is_file():
-        raise InputError(FIELD, f"{path_name} is no file", "give FILE.npz, or FILE.py:NAME")
+    with refuse_unreadable(FIELD, path, "give FILE.npz, or FILE.py:NAME"):
+        if not path.is_file():
+            raise InputError(FIELD, f"{path_name} is no file", "give FILE.npz, or FILE.py:NAME")
     if function:
         return _from_function(path, function, told_temperature)
     if path.suffix != ".npz":

@@ -21,6 +21,7 @@ from gsiirl.front_door.fit import GSIIRL
 from gsiirl.games.payoff import DensePayoff
 from gsiirl.interaction import CHUNK
 from gsiirl.learners.commitment_learner import CommitmentLearner
+from gsiirl.runs.files.damage import START_AGAIN
 from gsiirl.runs.files.json_file import read_versioned_json
 from gsiirl.types import Policies, Sides
 
@@ -59,7 +60,7 @@ def own_game(config: GameConfig, saved_game: Path | None) -> OwnGame:
     """The game that the configuration names, or the one that a run folder holds."""
     if saved_game is None:
         return read_game(config.file, config.temperature == "known")
-    return OwnGame.from_json_dict(read_versioned_json(saved_game, "start the run again in another folder"), saved_game)
+    return OwnGame.from_json_dict(read_versioned_json(saved_game, START_AGAIN, False), saved_game)
 
 
 def settled(config: GameConfig, own: OwnGame) -> GSIIRL:

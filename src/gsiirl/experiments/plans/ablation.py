@@ -74,7 +74,7 @@ def variants() -> Iterator[tuple[AblationVariant, dict[str, Any]]]:
         yield AblationVariant(change.name, change.description), dict(fields)
 
 
-def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path) -> None:
+def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path, quiet: bool = False) -> None:
     """Run every variant on every random graph, each into a run folder of its own under `out`.
 
     What is finished there is kept, and what was interrupted is gone on with.
@@ -90,4 +90,4 @@ def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path) -> 
     ]
     check_folders(planned)
     ablation.write(out)
-    carry_out(planned)
+    carry_out(planned, quiet=quiet)

@@ -1,15 +1,12 @@
 """One run of a plan: its configuration, its folder, and how it is begun or gone on with."""
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from gsiirl.experiments.config import ExperimentConfig
+from gsiirl.program.progress import Told
 from gsiirl.runs import RunFolder
-
-UNBEGUN = {"game.json", "game.json.aside", "config.json.aside"}
-"""What a run that was killed before its `config.json` was there may have left."""
 
 
 class PlannedRun(NamedTuple):
@@ -19,15 +16,14 @@ class PlannedRun(NamedTuple):
     config: ExperimentConfig
 
 
-def do(planned: PlannedRun, told: Callable[[int, int], None] | None = None) -> None:
-    """Begin a run, or go on with it; its progress is shown, or told to `told` (see `runner.Told`)."""
+def do(planned: PlannedRun, told: Told | None = None) -> None:
+    """Begin a run, or go on with it; its progress is shown, or told to `told`."""
     from gsiirl.experiments import runner
 
     folder, config = planned
     if RunFolder.is_at(folder):
         runner.resume(folder, told)
     else:
-        _clear(folder)
         runner.run(config, folder, told)
 
 
@@ -39,8 +35,3 @@ def cores() -> list[int]:
 def is_finished(folder: Path) -> bool:
     """Whether `folder` holds a run that has ended."""
     return RunFolder.is_at(folder) and RunFolder.open(folder).is_finished()
-
-
-def _clear(folder: Path) -> None:
-    for name in UNBEGUN:
-        (folder / name).unlink(missing_ok=True)

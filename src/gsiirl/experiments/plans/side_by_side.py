@@ -6,7 +6,9 @@ each other. The last run of all keeps to its share too.
 """
 
 import os
+import signal
 import threading
+import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
 from multiprocessing import connection, get_context, parent_process
@@ -14,12 +16,13 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import rich.progress
+from rich.progress import Progress
 
-from gsiirl.errors import InputError
+from gsiirl.errors import InputError, InputWarning
 from gsiirl.experiments import runner
 from gsiirl.experiments.config import ExperimentConfig
 from gsiirl.experiments.plans.planned_run import PlannedRun, cores, do, is_finished
+from gsiirl.program.progress import Begun, shown
 
 
 class Started(NamedTuple):
@@ -28,20 +31,19 @@ class Started(NamedTuple):
     run: PlannedRun
     process: BaseProcess
     heard: Any
-    bar: rich.progress.TaskID
+    shown: Begun
     share: set[int]
 
 
-def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
+def do_side_by_side(planned: Sequence[PlannedRun], jobs: int, quiet: bool) -> None:
     """Do every run, `jobs` of them at a time; if one cannot be done, the others that have begun are stopped.
 
     Raises:
-        InputError: as the run that cannot be done raised it.
-        RuntimeError: the process of a run ended before the run did.
+        InputError: as the run that cannot be done raised it; or the process of a run ended before the run did.
     """
     waiting, started, free = list(planned), dict[Any, Started](), shares(min(jobs, len(planned)))
     with ExitStack() as at_the_end:
-        progress = at_the_end.enter_context(runner.progress_bars())
+        progress = at_the_end.enter_context(shown(quiet))
         at_the_end.callback(lambda: _stop(list(started.values())))
         whole = progress.add_task(f"all {len(planned)} runs", total=len(planned))
         while waiting or started:
@@ -50,7 +52,7 @@ def do_side_by_side(planned: Sequence[PlannedRun], jobs: int) -> None:
                 started[each.heard] = each
             for heard in connection.wait(list(started)):
                 each = started[heard]
-                if not _listen(each, progress):
+                if not _listen(each):
                     _ended(started.pop(heard))
                     free.append(each.share)
                     progress.advance(whole)
@@ -62,24 +64,24 @@ def shares(jobs: int) -> list[set[int]]:
     return [set(every[job::jobs] if jobs <= len(every) else every) for job in range(jobs)]
 
 
-def _start(run: PlannedRun, share: set[int], progress: rich.progress.Progress) -> Started:
+def _start(run: PlannedRun, share: set[int], progress: Progress) -> Started:
     context = get_context("spawn")
     heard, telling = context.Pipe(duplex=False)
     process = context.Process(target=_in_own_process, args=(*run, share, telling), daemon=True)
     process.start()
     # Only the run's process holds this end now, so that its end shows.
     telling.close()
-    return Started(run, process, heard, progress.add_task(runner.title(run.config), total=None), share)
+    return Started(run, process, heard, Begun(progress, runner.title(run.config)), share)
 
 
-def _listen(each: Started, progress: rich.progress.Progress) -> bool:
+def _listen(each: Started) -> bool:
     """Take in one message; whether there may be more."""
     try:
         message = each.heard.recv()
     except EOFError:
         return False
     if isinstance(message, tuple):
-        progress.update(each.bar, completed=message[0], total=message[1])
+        each.shown.tell(*message)
         return True
     raise message
 
@@ -87,8 +89,10 @@ def _listen(each: Started, progress: rich.progress.Progress) -> bool:
 def _ended(each: Started) -> None:
     each.process.join()
     each.heard.close()
+    each.shown.end()
     if each.process.exitcode or not is_finished(each.run.folder):
-        raise RuntimeError(f"{each.run.folder}: its process ended with status {each.process.exitcode}")
+        problem = f"the process of this run was ended (status {each.process.exitcode})"
+        raise InputError(str(each.run.folder), problem, "the same command goes on with it")
 
 
 def _stop(running: list[Started]) -> None:
@@ -102,6 +106,9 @@ def _in_own_process(folder: Path, config: ExperimentConfig, share: set[int], tel
     if hasattr(os, "sched_setaffinity"):
         # Before the first array, which counts the cores.
         os.sched_setaffinity(0, share)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # Whoever started this run has looked at its folder before.
+    warnings.simplefilter("ignore", InputWarning)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with telling:
         try:

@@ -10,8 +10,7 @@ from typing import NamedTuple
 from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.irl.posterior import DENSE
-from gsiirl.learners.commitment_learner import remembered
+from gsiirl.limits import DENSE, remembered
 from gsiirl.scenarios import AttackNetwork
 from gsiirl.scenarios.reachable import TooManyStatesError, reachable_states, starting_state
 
@@ -25,6 +24,8 @@ LONG = 1.0
 """Hours that are not worth a word."""
 NUMBER = 8
 """Bytes of any other number."""
+COMPILATION = 70.0
+"""Seconds, where no compiled programs are kept from an earlier run."""
 
 
 class Held(NamedTuple):
@@ -41,7 +42,7 @@ def warning_of(config: SecurityConfig) -> str | None:
         InputError: see `check_memory`.
     """
     network = config.network()
-    hours = hours_needed(config, network, check_memory(config, network))
+    hours = seconds_needed(config, network, check_memory(config, network)) / 3600
     return f"this run takes about {hours:,.0f} hours of a processor" if hours > LONG else None
 
 
@@ -98,10 +99,11 @@ def memory_needed(config: SecurityConfig, network: AttackNetwork, states: int, s
     return NUMBER * (policies * policy + features) + together * demonstrations
 
 
-def hours_needed(config: SecurityConfig, network: AttackNetwork, states: int) -> float:
-    """Roughly the processor time of a run that commits to a policy, in hours; of others less is said than they take.
+def seconds_needed(config: SecurityConfig, network: AttackNetwork, states: int) -> float:
+    """Roughly the processor time of a run that commits to a policy; of others less is said than they take.
 
-    Measured in microseconds for each number of a policy, with 16 to 41 weights of the attacker's reward.
+    Measured in microseconds for each number of a policy, with 16 to 41 weights of the attacker's reward; twice or half
+    as long is no surprise.
     """
     edges, nodes = len(network.edge_names), len(network.node_names)
     policy = config.horizon * states * edges
@@ -109,7 +111,7 @@ def hours_needed(config: SecurityConfig, network: AttackNetwork, states: int) ->
     by_policy = config.algorithm == "gsiirl" and config.commitment == "policy"
     iteration, end, yardsticks = 15 + 0.6 * (nodes + edges) + 0.25 * held, 500, 500
     learning = config.seeds * (config.iterations * iteration + end) if by_policy else 0
-    return 1e-6 * policy * (learning + yardsticks) / 3600
+    return COMPILATION + 1e-6 * policy * (learning + yardsticks)
 
 
 def _held(config: SecurityConfig, policy: int, weights: int) -> Held:

@@ -20,8 +20,9 @@ from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import LikelihoodLevel, MatchingLevel
 from gsiirl.irl.posterior import Inference
 from gsiirl.learners.bilevel import Bilevel
-from gsiirl.learners.commitment_learner import CommitmentLearner, remembered
+from gsiirl.learners.commitment_learner import CommitmentLearner
 from gsiirl.learners.reward_learner import RewardGSIIRL
+from gsiirl.limits import remembered
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios.network import AttackNetwork

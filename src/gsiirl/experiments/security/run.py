@@ -1,5 +1,6 @@
 """The security experiment as the runner sees it: its four algorithms, and what is recorded of each."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -15,6 +16,7 @@ from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, s
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.experiments.security.cost import check_memory
+from gsiirl.experiments.security.observed_attacks import observed_attacks
 from gsiirl.experiments.security.problem import SecurityProblem, build
 from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.games.rollout import rollout
@@ -44,6 +46,7 @@ def prepare(config: SecurityConfig, saved_game: Path | None = None) -> PreparedR
     scales |= {"expert_reward": unit, "dependent_reward": 1.0} if by_policy else {}
     names = {"expert_reward": bilevel.expert_reward.features.names}
     names |= dict.fromkeys(("dependent_reward", "commitment"), bilevel.dependent_reward.features.names)
+    names |= dict.fromkeys(("attacks", "chances"), network.edge_names)
     judged = _Judge(config, problem)
     return PreparedRun(
         game={
@@ -56,7 +59,7 @@ def prepare(config: SecurityConfig, saved_game: Path | None = None) -> PreparedR
         iterations=0 if config.algorithm == "marl" else config.iterations,
         chunk=CHUNK,
         references=lambda: problem.truth.references() | judged.yardsticks.returns,
-        parameters={name: Parameters(scales[name], names[name]) for name in names},
+        parameters={name: Parameters(scales.get(name, 1.0), names[name]) for name in names},
     )
 
 
@@ -83,7 +86,7 @@ def _policy_gsiirl(
         }
 
     assert isinstance(problem.expert, RespondingExpert), "checked by the configuration"
-    return policy_algorithm(
+    algorithm = policy_algorithm(
         learner,
         problem.expert,
         problem.truth,
@@ -92,6 +95,13 @@ def _policy_gsiirl(
         dependent,
         lambda policy, key: _sample_paths(problem, policy, key),
     )
+
+    def finish(state: LearnerState, key: PRNGKeyArray) -> Ending:
+        ending = algorithm.finish(state, key)
+        observed = observed_attacks(state.accessed.gram, problem.game)
+        return ending._replace(learned=ending.learned | observed)
+
+    return replace(algorithm, finish=finish)
 
 
 def _reward_gsiirl(
@@ -115,6 +125,7 @@ def _reward_gsiirl(
             "expert_reward": state.expert_parameters,
             "dependent_reward": learner.fitted_dependent_reward(state),
             "commitment": state.commitment,
+            **observed_attacks(state.accessed.gram / learner.dependent_reward.scale**2, problem.game),
         }
 
     def finish(state: PyTree, key: PRNGKeyArray) -> Ending:

@@ -8,6 +8,7 @@ from gsiirl.report.figures.page_figure import PageFigure, figure_files
 from gsiirl.report.figures.style import figure_style
 from gsiirl.report.output.rendering import render
 from gsiirl.report.output.writing import write_files
+from gsiirl.report.read.verdict import RULE
 
 PAGE, MARKDOWN = "index.html", "ablation.md"
 
@@ -29,7 +30,8 @@ def write_ablation_page(folder: Path) -> Path:
             "Deployed return of the learner less MARL's, by variant and graph",
             figure_files(draw_ablation(results)),
         )
-    values = {"results": results, "plan": results.plan, "figure": figure}
+    values = {"results": results, "plan": results.plan, "figure": figure, "rule": RULE}
+    values |= {"made_groups": [results.made], "made_lines": [f"Made by {results.command}"]}
     table = render("ablation.md", **values)
     page = render("ablation.html", generator="gsiirl ablation", **values)
     write_files(folder, {**figure.files, MARKDOWN: table.encode(), PAGE: page.encode()})

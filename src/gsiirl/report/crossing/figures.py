@@ -16,7 +16,7 @@ def crossing_figures(group: GameGroup, shown: ReportedRun | None) -> list[PageFi
     """The figures of one game in the page's order; `shown` is the run whose encounter and reward they show."""
     crossing = RecordedCrossing.read(group.game, group.first.path)
     animation, glance = (None, None) if shown is None else _encounter(group, crossing, shown)
-    return [animation, _rates(group), None if shown is None else _reward_map(group, crossing, shown), glance]
+    return [None if shown is None else _reward_map(group, crossing, shown), animation, _rates(group), glance]
 
 
 def _encounter(

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from gsiirl.runs.files.damage import refuse_damaged
+from gsiirl.runs.files.damage import START_AGAIN, refuse_damaged
+from gsiirl.runs.files.json_file import as_typed
 
 ARRAYS = {"robot_goal": (2,), "human_goal": (2,), "robot_start": (2, 2), "human_start": (2, 2), "arena": (2, 2)}
 """Shapes by name."""
@@ -33,10 +34,26 @@ class RecordedCrossing:
         Raises:
             InputError: the description is damaged.
         """
-        with refuse_damaged(run / "game.json"):
-            arrays = {name: np.array(game[name], dtype=float) for name in ARRAYS}
+        path = run / "game.json"
+        described = as_typed(_Described, game, path, START_AGAIN)
+        with refuse_damaged(path):
+            arrays = {name: np.array(getattr(described, name), dtype=float) for name in ARRAYS}
             for name, shape in ARRAYS.items():
                 if arrays[name].shape != shape:
                     raise ValueError(f"{name} has shape {arrays[name].shape}, not {shape}")
-            lengths: dict[str, Any] = {name: float(game[name]) for name in LENGTHS}
+            lengths: dict[str, Any] = {name: getattr(described, name) for name in LENGTHS}
             return cls(**arrays, **lengths)
+
+
+@dataclass(frozen=True)
+class _Described:
+    """The part of `game.json` that is drawn."""
+
+    robot_goal: list[float]
+    human_goal: list[float]
+    robot_start: list[list[float]]
+    human_start: list[list[float]]
+    arena: list[list[float]]
+    goal_radius: float
+    safe_distance: float
+    collision_distance: float

@@ -12,6 +12,7 @@ from gsiirl.report.figures.style import FAINT_COLOUR
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.read.run import MetricCurve
 from gsiirl.report.words.algorithms import algorithm_style
+from gsiirl.report.words.numbers import format_number
 
 RANDOM_COLOUR = "#94a3b8"
 
@@ -94,5 +95,5 @@ def number_iterations(panel: Axes) -> None:
 def tell_random_play(panel: Axes, random: Level, below: bool) -> None:
     """Write the level of random play as text, where it lies so far off that a line would flatten the curves."""
     place = (0.98, 0.04 if below else 0.9)
-    text = f"{random.label}: {random.value:.2f} {'↓' if below else '↑'}"
+    text = f"{random.label}: {format_number(random.value)} {'↓' if below else '↑'}"
     panel.annotate(text, place, xycoords="axes fraction", ha="right", color=FAINT_COLOUR, size=9)

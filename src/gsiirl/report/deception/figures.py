@@ -18,7 +18,7 @@ MEASURE = (
 def deception_figures(group: GameGroup, shown: ReportedRun | None) -> list[PageFigure | None]:
     """The figures of one game in the page's order; `shown` is the run whose episode they show."""
     animation, glance = (None, None) if shown is None else _episode(group, shown)
-    return [animation, _weights(group), glance]
+    return [_weights(group), animation, glance]
 
 
 def _episode(group: GameGroup, shown: ReportedRun) -> tuple[PageFigure | None, PageFigure | None]:

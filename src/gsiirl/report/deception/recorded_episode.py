@@ -1,13 +1,14 @@
 """Physical deception in the `game.json` and in the recorded episodes of a run."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gsiirl.report.plane.episode import PlaneEpisode, distances
-from gsiirl.runs.files.damage import refuse_damaged
+from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.files.json_file import as_typed
 
 AGENTS = ("agent_0", "agent_1")
 LANDMARKS = ("landmark_0", "landmark_1")
@@ -20,17 +21,26 @@ def true_weights(game: dict[str, Any], run: Path) -> dict[str, float]:
     Raises:
         InputError: they are no numbers by name; `run` names the folder.
     """
-    truth = game.get("truth", {}).get("expert_reward", {})
-    with refuse_damaged(run / "game.json"):
-        if not isinstance(truth, Mapping):
-            raise TypeError("truth holds no weights by name")
-        return {str(name): float(weight) for name, weight in truth.items()}
+    described = as_typed(_Described, game, run / "game.json", START_AGAIN)
+    return described.truth.expert_reward
+
+
+@dataclass(frozen=True)
+class _Truth:
+    expert_reward: dict[str, float] = field(default_factory=dict[str, float])
+
+
+@dataclass(frozen=True)
+class _Described:
+    """The part of `game.json` that is drawn."""
+
+    truth: _Truth = field(default_factory=_Truth)
 
 
 def targets(episode: PlaneEpisode) -> tuple[int, int]:
     """Indices of two landmarks: the good agents' target, and the adversary's."""
-    target = int(episode.start.get("target", 0))
-    return target, int(episode.start.get("expert_target", target))
+    target = int(episode.start.get("target", 0) > 0)
+    return target, int(episode.start.get("expert_target", target) > 0)
 
 
 def adversary_distance(episode: PlaneEpisode) -> np.ndarray:

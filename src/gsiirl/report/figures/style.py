@@ -6,6 +6,8 @@ from typing import Any
 
 import matplotlib
 
+from gsiirl.report.figures.fonts import font_families
+
 TRUE_COLOUR = "#475569"
 LEARNED_COLOUR = "#2563eb"
 TEXT_COLOUR = "#0f172a"
@@ -47,5 +49,5 @@ def figure_style() -> Iterator[None]:
     """Inside, matplotlib has its defaults and this style, whatever the user has set; afterwards the user's settings."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        with matplotlib.rc_context(STYLE):
+        with matplotlib.rc_context(STYLE | {"font.family": font_families()}):
             yield

@@ -5,7 +5,8 @@ from typing import Any
 import jinja2
 
 from gsiirl.report.words.formulas import formulas
-from gsiirl.report.words.numbers import format_number
+from gsiirl.report.words.markdown import markdown
+from gsiirl.report.words.numbers import format_number, unbroken
 from gsiirl.runs.measurement_words import bound_in_words, value_in_words
 
 
@@ -24,5 +25,7 @@ def render(template: str, **values: Any) -> str:
         keep_trailing_newline=True,
     )
     environment.filters["formulas"] = formulas
+    environment.filters["unbroken"] = unbroken
+    environment.filters["markdown"] = markdown
     environment.globals.update(bound_in_words=bound_in_words, number=format_number, value_in_words=value_in_words)
     return environment.get_template(template).render(**values)

@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from gsiirl.errors import InputError
-from gsiirl.runs.files.atomic import write_atomically
+from gsiirl.runs.files.atomic import refuse_unwritable, write_atomically
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
@@ -13,8 +12,6 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     Raises:
         InputError: `folder` cannot be written.
     """
-    try:
+    with refuse_unwritable("--out", folder):
         for name, content in contents.items():
             write_atomically(folder / name, content)
-    except OSError as error:
-        raise InputError("--out", f"{folder} cannot be written ({error.strerror})", "use another folder") from error

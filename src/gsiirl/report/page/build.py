@@ -4,16 +4,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gsiirl.errors import InputError
+from gsiirl.program.command import command
 from gsiirl.report.figures.style import figure_style
 from gsiirl.report.output.writing import write_files
-from gsiirl.report.page.game_figures import draw_figures
+from gsiirl.report.page.game_figures import draw_figures, network_of
 from gsiirl.report.page.out_folder import TABLE, refuse_foreign_files, refuse_run_folder
 from gsiirl.report.page.report import Report, Section
-from gsiirl.report.page.verdicts import verdicts
 from gsiirl.report.read.group import GameGroup, group_runs
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.tables.comparison import compare
 from gsiirl.report.tables.quality import judge
+from gsiirl.report.tables.rivals import rivals_of
 from gsiirl.report.theory.part import TheoryPart
 from gsiirl.runs import Findings
 from gsiirl.runs.files.json_file import encode_json
@@ -64,14 +65,15 @@ def _read(run_paths: list[Path]) -> tuple[list[GameGroup], list[Findings]]:
 def _read_findings(path: Path) -> Findings:
     findings = Findings.read(path)
     if not findings.findings:
-        raise InputError(str(path), "has no finished check yet", f"use gsiirl theory --out {path} first")
+        raise InputError(str(path), "has no finished check yet", f"use {command('theory', '--out', path)} first")
     return findings
 
 
 def _draw(groups: list[GameGroup], measured: list[Findings]) -> Report:
     with figure_style():
         sections = [
-            Section(group, verdicts(group), compare(group), judge(group), draw_figures(group)) for group in groups
+            Section(group, rivals_of(group), compare(group), judge(group), draw_figures(group), network_of(group))
+            for group in groups
         ]
     names = [f"theory-{number}" for number in range(1, len(measured) + 1)]
     return Report(sections, [TheoryPart.of(each, name, f"{name}-") for each, name in zip(measured, names, strict=True)])

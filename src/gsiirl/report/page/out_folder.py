@@ -1,11 +1,13 @@
 """Where a report may be written."""
 
-import json
 from pathlib import Path
+
+from pydantic_core import from_json
 
 from gsiirl.errors import InputError
 from gsiirl.report.page.report import GENERATOR
 from gsiirl.runs import Findings, RunFolder
+from gsiirl.runs.files.damage import refuse_unreadable
 
 TABLE = "table.json"
 """The file that names the files of a report."""
@@ -17,11 +19,12 @@ def refuse_run_folder(out: Path) -> None:
     Raises:
         InputError: it does.
     """
-    for folder in (out.resolve(), *out.resolve().parents):
-        for kind, found in (("run", RunFolder.is_at(folder)), ("theory", Findings.is_at(folder))):
-            if found:
-                problem = f"{out} is in the {kind} folder {folder}"
-                raise InputError("--out", problem, "use another folder for the report")
+    mend = "use another folder for the report"
+    with refuse_unreadable("--out", out, mend):
+        for folder in (out.resolve(), *out.resolve().parents):
+            for kind, found in (("run", RunFolder.is_at(folder)), ("theory", Findings.is_at(folder))):
+                if found:
+                    raise InputError("--out", f"{out} is in the {kind} folder {folder}", mend)
 
 
 def refuse_foreign_files(out: Path, files: list[str]) -> None:
@@ -30,10 +33,11 @@ def refuse_foreign_files(out: Path, files: list[str]) -> None:
     Raises:
         InputError: it would, or `out` is a file.
     """
-    if out.exists() and not out.is_dir():
-        raise InputError("--out", f"{out} is a file", "use another folder")
-    own = _files_of_earlier_report(out)
-    foreign = [name for name in files if name not in own and (out / name).exists()]
+    with refuse_unreadable("--out", out, "use another folder"):
+        if out.exists() and not out.is_dir():
+            raise InputError("--out", f"{out} is a file", "use another folder")
+        own = _files_of_earlier_report(out)
+        foreign = [name for name in files if name not in own and (out / name).exists()]
     if foreign:
         problem = f"{out} holds {', '.join(foreign)}, not written by gsiirl report"
         raise InputError("--out", problem, "use another folder or move them away")
@@ -41,9 +45,10 @@ def refuse_foreign_files(out: Path, files: list[str]) -> None:
 
 def _files_of_earlier_report(out: Path) -> list[str]:
     try:
-        table = json.loads((out / TABLE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        table = from_json((out / TABLE).read_bytes())
+    except (FileNotFoundError, ValueError):
         return []
     if not isinstance(table, dict) or table.get("generator") != GENERATOR:
         return []
-    return [str(name) for name in table.get("files", [])]
+    files = table.get("files")
+    return [str(name) for name in files] if isinstance(files, list) else []

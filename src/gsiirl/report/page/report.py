@@ -6,10 +6,16 @@ from typing import Any
 
 from gsiirl.report.figures.page_figure import PageFigure
 from gsiirl.report.output.rendering import render
+from gsiirl.report.page.notes import notes, warnings
+from gsiirl.report.page.takeaways import gain_note, takeaways
 from gsiirl.report.read.group import GameGroup
+from gsiirl.report.read.made import MadeGroup
+from gsiirl.report.read.verdict import RULE
+from gsiirl.report.security.network_table import NetworkTable
 from gsiirl.report.tables.comparison import RETURNS_NOTE, ComparisonRow
-from gsiirl.report.tables.paper_results import PAPER_RESULTS
+from gsiirl.report.tables.paper_results import paper_results
 from gsiirl.report.tables.quality import METRICS, QualityRow, used_metrics
+from gsiirl.report.tables.rivals import Rivals
 from gsiirl.report.tables.table_1 import Table1
 from gsiirl.report.theory.part import TheoryPart
 from gsiirl.report.words.experiments import experiment_words
@@ -23,10 +29,26 @@ class Section:
     """One game: its runs, sentences, tables and figures."""
 
     group: GameGroup
-    verdicts: list[str]
+    rivals: Rivals | None
     comparison: list[ComparisonRow]
     quality: list[QualityRow]
     figures: list[PageFigure]
+    network: NetworkTable | None
+
+    @cached_property
+    def takeaways(self) -> list[str]:
+        """What a reader should take away."""
+        return takeaways(self.group, self.rivals)
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """Failed seeds and the like."""
+        return warnings(self.group)
+
+    @cached_property
+    def notes(self) -> list[str]:
+        """What else there is to tell."""
+        return notes(self.group)
 
     @property
     def has_paper(self) -> bool:
@@ -36,7 +58,8 @@ class Section:
     @property
     def paper_note(self) -> str:
         """How far the paper's results can be compared with ours; empty where it has none."""
-        return PAPER_RESULTS[self.group.experiment].note if self.has_paper else ""
+        paper = paper_results(self.group)
+        return "" if paper is None or not self.has_paper else paper.note
 
     @property
     def side_headings(self) -> tuple[str, str]:
@@ -44,13 +67,21 @@ class Section:
         learner, expert = (side.name for side in self.group.sides)
         return (learner, expert) if learner == "learner" else (f"{learner} (learner)", f"{expert} (expert)")
 
+    @property
+    def gain_note(self) -> str:
+        """What shares of the gain are measured by."""
+        return gain_note(self.group, self.rivals)
+
     def json(self) -> dict[str, Any]:
         """The entry in `table.json`."""
         return {
             "experiment": self.group.experiment,
             "game": self.group.game.get("name"),
             "variant": self.group.game.get("variant"),
-            "verdicts": self.verdicts,
+            "takeaways": self.takeaways,
+            "warnings": self.warnings,
+            "notes": self.notes,
+            **({"rivals": self.rivals.json()} if self.rivals else {}),
             "returns": [row.json() for row in self.comparison],
             "quality": [row.json() for row in self.quality],
         }
@@ -98,6 +129,23 @@ class Report:
             }
         )
 
+    @property
+    def _made_groups(self) -> list[MadeGroup]:
+        several = len(self.sections) > 1
+        groups = [section.group for section in self.sections]
+        return [
+            MadeGroup(_title(group) if several else "", {label: run.made for label, run in group.runs.items()})
+            for group in groups
+        ]
+
     def _render(self, template: str, **values: Any) -> str:
+        values |= {"made_groups": self._made_groups, "made_lines": [part.made for part in self.theories]}
         values |= {"sections": self.sections, "theories": self.theories, "table_1": self.table_1}
-        return render(template, metrics=METRICS, returns_note=RETURNS_NOTE, used_metrics=used_metrics, **values)
+        return render(
+            template, metrics=METRICS, returns_note=RETURNS_NOTE, used_metrics=used_metrics, rule=RULE, **values
+        )
+
+
+def _title(group: GameGroup) -> str:
+    variant = str(group.game.get("variant", "")).replace("_", " ")
+    return f"{group.title}, {variant}" if variant else group.title

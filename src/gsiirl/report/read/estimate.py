@@ -1,7 +1,7 @@
 """A mean over seeds, with its standard deviation and its 95 % interval."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ class Estimate:
     low: float
     high: float
     count: int
+    with_failed: "Estimate | None" = None
+    """The same over all seeds, where this one leaves out failed ones; None where none failed, or one has no number."""
 
     @classmethod
     def over(cls, values: np.ndarray) -> "Estimate":
@@ -30,14 +32,10 @@ class Estimate:
         half = float(stdtrit(count - 1, 0.975)) * std / math.sqrt(count)
         return cls(mean, std, mean - half, mean + half, count)
 
-    @property
-    def sign(self) -> int:
-        """1 or -1 where the interval lies above or below 0; 0 where it holds 0."""
-        return int(self.low > 0) - int(self.high < 0)
-
     def json(self) -> dict[str, Any]:
         """The entry in `table.json`."""
-        return asdict(self)
+        content: dict[str, Any] = {name: getattr(self, name) for name in ("mean", "std", "low", "high", "count")}
+        return content if self.with_failed is None else content | {"all_seeds": self.with_failed.json()}
 
     def __str__(self) -> str:
         digits = default_digits(self.mean)

@@ -1,12 +1,13 @@
 """Runs of one game, which are compared with each other."""
 
 import json
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.words.algorithms import algorithm_rank, algorithm_style
-from gsiirl.report.words.experiments import VARIANTS, ExperimentWords, SideName, experiment_words
+from gsiirl.report.words.experiments import HANDED, VARIANTS, ExperimentWords, SideName, experiment_words
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,17 @@ class GameGroup:
         return VARIANTS.get(name, name)
 
     @property
+    def handed(self) -> str:
+        """A sentence that says so, where the learner's own reward tells it the expert's; else empty."""
+        return HANDED.get(str(self.game.get("variant", "")), "")
+
+    @property
+    def subject(self) -> str | None:
+        """The label of the learner that all others are compared with: GSIIRL, else the first; None without any."""
+        ours = (label for label, run in self.runs.items() if run.algorithm == "gsiirl")
+        return next(ours, None) or next(iter(self.learners), None)
+
+    @property
     def sides(self) -> tuple[SideName, SideName]:
         """Names of learner and expert."""
         return self.words.learner, self.words.expert
@@ -70,9 +82,9 @@ class GameGroup:
         return next((run for run in self.runs.values() if run.algorithm == algorithm and run.kept_seeds), None)
 
     def reference(self, metric: str) -> float | None:
-        """Mean of a final metric of MARL (`truth_...`) or of random play (`random_...`); None where no run holds it."""
+        """Mean of a final metric of MARL (`truth_...`), random play and the like; None where no run holds it."""
         # MARL by another solver has a line of its own.
-        estimates = (run.estimate(metric) for run in self.runs.values() if run.algorithm != "marl-maddpg")
+        estimates = (run.over_all_seeds(metric) for run in self.runs.values() if run.algorithm != "marl-maddpg")
         return next((each.mean for each in estimates if each is not None), None)
 
 
@@ -85,11 +97,13 @@ def group_runs(runs: list[ReportedRun]) -> list[GameGroup]:
 
 
 def _labelled(runs: list[ReportedRun]) -> dict[str, ReportedRun]:
-    """Runs by the name of their algorithm; of several with one algorithm each has its folder in the label."""
+    """Runs by the name of their algorithm; of several with one algorithm each has its folder's name in the label."""
     algorithms = [run.algorithm for run in runs]
     labelled: dict[str, ReportedRun] = {}
+    alike: Counter[str] = Counter()
     for run in sorted(runs, key=lambda run: algorithm_rank(run.algorithm)):
         name = algorithm_style(run.algorithm).name
         label = name if algorithms.count(run.algorithm) == 1 else f"{name} ({run.path.name})"
-        labelled[f"{name} ({run.path})" if label in labelled else label] = run
+        alike[label] += 1
+        labelled[label if alike[label] == 1 else f"{label} {alike[label]}"] = run
     return labelled

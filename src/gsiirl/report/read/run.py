@@ -1,7 +1,7 @@
 """A run as the report reads it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +9,14 @@ import numpy as np
 import polars
 
 from gsiirl.errors import InputError
+from gsiirl.program.command import command
 from gsiirl.report.read.estimate import Estimate
+from gsiirl.report.read.made import Made
+from gsiirl.report.read.undefined import undefined_correlations
+from gsiirl.report.read.verdict import SeedValues
 from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, summarise
-from gsiirl.runs.files.damage import START_AGAIN, refuse_damaged
+from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.files.numbers import LARGEST
 
 
 @dataclass(frozen=True)
@@ -25,7 +30,7 @@ class MetricCurve:
 
 @dataclass(frozen=True)
 class ReportedRun:
-    """The results of a run; all but `seeds` and `failed_seeds` is of the seeds that did not fail (the kept seeds)."""
+    """The results of a run: of the seeds that did not fail (the kept seeds), where nothing else is said."""
 
     path: Path
     experiment: str
@@ -36,12 +41,17 @@ class ReportedRun:
     iterations: int
     completed: bool
     final: dict[str, np.ndarray]
-    """Per metric the values of the last iteration, of shape [kept seeds]."""
+    """Per metric the values of the last iteration, of shape [kept seeds]; without those of `undefined`."""
+    ends: dict[str, np.ndarray]
+    """The same of all seeds, failed ones included, in the order of `seeds`; NaN where there is no number."""
+    undefined: frozenset[str]
+    """Correlations that there are not: with a reward that is the same whatever happens."""
     metrics: polars.DataFrame
     learned: LearnedParameters | None
     paths: polars.DataFrame | None
     reward_map: polars.DataFrame | None
     wall_seconds: float | None
+    made: Made
 
     @classmethod
     def read(cls, path: Path) -> "ReportedRun":
@@ -53,26 +63,30 @@ class ReportedRun:
         folder = RunFolder.open(path)
         metrics = folder.metrics()
         if metrics.is_empty():
-            raise InputError(str(path), "has no finished iteration yet", f"use gsiirl resume {path} first")
+            raise InputError(str(path), "has no finished iteration yet", f"use {command('resume', path)} first")
         summary = folder.summary() or summarise(folder.config, metrics, completed=False)
-        with refuse_damaged(path / "summary.json"):
-            failed = [int(seed) for seed in summary["failed_seeds"]]
-            return cls(
-                path=path,
-                experiment=folder.config["experiment"],
-                algorithm=_algorithm(folder.config),
-                game=folder.game,
-                seeds=[int(seed) for seed in summary["seeds"]],
-                failed_seeds=failed,
-                iterations=int(summary["iterations"]),
-                completed=bool(summary["completed"]),
-                final={name: np.array(each["per_seed"], dtype=float) for name, each in summary["final"].items()},
-                metrics=metrics.filter(~polars.col("seed").is_in(failed)),
-                learned=folder.load_learned(),
-                paths=folder.paths(),
-                reward_map=folder.reward_map(),
-                wall_seconds=(folder.environment() or {}).get("wall_seconds"),
-            )
+        environment = folder.environment()
+        final = {name: np.array(each.per_seed) for name, each in summary.final.items()}
+        undefined = undefined_correlations(final)
+        return cls(
+            path=path,
+            experiment=summary.experiment,
+            algorithm=_algorithm(folder.config),
+            game=folder.game,
+            seeds=summary.seeds,
+            failed_seeds=summary.failed_seeds,
+            iterations=summary.iterations,
+            completed=summary.completed,
+            final={name: values for name, values in final.items() if name not in undefined},
+            ends=_ends(metrics),
+            undefined=undefined,
+            metrics=metrics.filter(~polars.col("seed").is_in(summary.failed_seeds)).drop(*undefined),
+            learned=folder.load_learned(summary),
+            paths=folder.paths(summary),
+            reward_map=folder.reward_map(summary),
+            wall_seconds=None if environment is None else environment.wall_seconds,
+            made=Made.of(folder, environment, summary.seeds),
+        )
 
     @property
     def kept_seeds(self) -> list[int]:
@@ -87,12 +101,13 @@ class ReportedRun:
         """
         if self.paths is None:
             return []
-        keys = ("seed", "trajectory", "step")
-        missing = [name for name in (*keys, *columns) if name not in self.paths.columns]
+        path, keys = self.path / "paths.parquet", ("seed", "trajectory", "step")
+        missing = [name for name in columns if name not in self.paths.columns]
         if missing:
-            problem = f"is damaged: it has no column {missing[0]}"
-            raise InputError(str(self.path / "paths.parquet"), problem, START_AGAIN)
+            raise InputError(str(path), f"is damaged: it has no column {missing[0]}", START_AGAIN)
         kept = self.paths.filter(polars.col("seed").is_in(self.kept_seeds)).sort(keys)
+        if (kept["step"] != kept.select(polars.int_range(polars.len()).over("seed", "trajectory")).to_series()).any():
+            raise InputError(str(path), "is damaged: it lacks a step, or has one twice", START_AGAIN)
         return kept.partition_by("seed", "trajectory", maintain_order=True)
 
     @property
@@ -101,9 +116,21 @@ class ReportedRun:
         return self.algorithm in GIVEN_THE_REWARDS
 
     def estimate(self, metric: str) -> Estimate | None:
-        """The estimate of a final metric, or None where the run does not have it."""
+        """The estimate of a final metric, that over all seeds beside it; None where the run does not have it."""
         values = self.final.get(metric)
-        return None if values is None or not len(values) else Estimate.over(values)
+        if values is None or not len(values):
+            return None
+        return replace(Estimate.over(values), with_failed=self.over_all_seeds(metric) if self.failed_seeds else None)
+
+    def over_all_seeds(self, metric: str) -> Estimate | None:
+        """The estimate over all seeds, failed ones included; None where one of them has no finite number."""
+        values = self.ends.get(metric)
+        return Estimate.over(values) if values is not None and np.isfinite(values).all() else None
+
+    def seed_values(self, metric: str) -> SeedValues | None:
+        """A final metric of all seeds, failed ones included, to be compared with another run's."""
+        values = self.ends.get(metric)
+        return None if values is None else SeedValues(values, self.seeds)
 
     @property
     def explores(self) -> bool:
@@ -138,7 +165,7 @@ class ReportedRun:
             return polars.DataFrame(schema={"seed": int, "iteration": int, "value": float, "finite": bool})
         value = polars.col(metric)
         table = self.metrics.select(
-            "seed", "iteration", value=value, finite=value.cast(float).is_finite().fill_null(False)
+            "seed", "iteration", value=value, finite=(value.cast(float).abs() <= LARGEST).fill_null(False)
         )
         begin = table.filter("finite")["iteration"].min()
         return table.clear() if begin is None else table.filter(polars.col("iteration") >= begin)
@@ -149,6 +176,11 @@ class ReportedRun:
             return None
         kept = [index for index, seed in enumerate(self.learned.seeds) if seed not in self.failed_seeds]
         return self.learned.weights(parameter)[kept] if kept else None
+
+
+def _ends(metrics: polars.DataFrame) -> dict[str, np.ndarray]:
+    last = metrics.group_by("seed", maintain_order=True).last().sort("seed").drop("seed", "iteration")
+    return {name: last[name].cast(float).fill_null(np.nan).to_numpy() for name in last.columns}
 
 
 def _algorithm(config: dict[str, Any]) -> str:

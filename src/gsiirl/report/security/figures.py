@@ -4,6 +4,8 @@ from gsiirl.report.figures.page_figure import PageFigure, page_figure
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.security.graph_figure import draw_attack_graph
+from gsiirl.report.security.host_names import are_numbered, with_short_names
+from gsiirl.report.security.network_table import untested_hosts
 from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.security.recovery_figure import draw_recovery
 from gsiirl.report.security.sample_path import pick_sample_path
@@ -13,11 +15,15 @@ from gsiirl.report.words.algorithms import algorithm_style
 
 def security_figures(group: GameGroup, shown: ReportedRun | None) -> list[PageFigure | None]:
     """The figures of one game in the page's order; `shown` is the run whose learned values and trajectory they show."""
-    graph = RecordedGraph.read(group.game, group.first.path)
-    return [_attack_graph(group, graph, shown), _recovery(group, graph), _sample_path(group, graph, shown)]
+    whole = RecordedGraph.read(group.game, group.first.path)
+    graph = with_short_names(whole)
+    network = _attack_graph(group, graph, shown, are_numbered(whole.nodes))
+    return [network, _recovery(group, graph), _sample_path(group, graph, shown)]
 
 
-def _attack_graph(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | None) -> PageFigure | None:
+def _attack_graph(
+    group: GameGroup, graph: RecordedGraph, shown: ReportedRun | None, numbered: bool
+) -> PageFigure | None:
     weights = None if shown is None else shown.weights("expert_reward")
     values = None if weights is None else weights.mean(axis=0)[: len(graph.nodes)]
     caption = (
@@ -30,12 +36,17 @@ def _attack_graph(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | N
             f"{algorithm_style(shown.algorithm).name} learned (mean over {len(shown.kept_seeds)} seeds): equal bars, "
             "well learned."
         )
+    untested = [] if shown is None else untested_hosts(graph, shown)
+    if untested:
+        caption += " Pale: learned without ever having been put to the test."
+    if numbered:
+        caption += " The machines are numbered; their whole names are in the table below."
     return page_figure(
         f"{group.key}-attack-graph",
         "The network, and what the defender learned about its attacker",
         caption,
         "Attack graph with the true and the learned value of every node",
-        draw_attack_graph(graph, values),
+        draw_attack_graph(graph, values, untested),
     )
 
 
@@ -44,8 +55,8 @@ def _recovery(group: GameGroup, graph: RecordedGraph) -> PageFigure | None:
         f"{group.key}-recovery",
         "Are the learned rewards the true ones?",
         "Each point is one weight of a reward, with its standard deviation over seeds: on the diagonal it was learned "
-        "exactly. Footholds are left out: what they are worth has no effect. The last panel follows the agreement "
-        "along the iterations.",
+        "exactly. Machines that can never fall are left out: what they are worth has no effect. The last panel follows "
+        "the agreement along the iterations.",
         "Learned against true reward weights, and their correlation along the iterations",
         draw_recovery(group, graph),
     )
@@ -59,8 +70,10 @@ def _sample_path(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | No
         f"{group.key}-path",
         "One encounter, step by step",
         f"The learned defender ({algorithm_style(shown.algorithm).name}, seed {path.seed}) against the real attacker. "
-        f"Red cells are machines in the attacker's hands after the step. Of {path.recorded} recorded encounters this "
-        "is the one in which most machines fall.",
+        "Red cells are machines in the attacker's hands after the step. No effect: an attack that could not succeed, "
+        "since its source is not held or its target already is; an attacker that has nothing to gain but must attack "
+        f"something picks such a one. Of {path.recorded} recorded encounters this is the one in which most machines "
+        "fall.",
         "Timeline of one trajectory: attacks, blocks and compromised nodes",
         draw_sample_path(graph, path),
     )

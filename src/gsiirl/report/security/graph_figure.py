@@ -1,5 +1,6 @@
 """The attack graph with the true and the learned value of each node (the paper's Figure 4, left)."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from gsiirl.report.figures import style
 from gsiirl.report.figures.style import Look
 from gsiirl.report.security.layout import CARD, OUTSIDE_CARD, lay_out
 from gsiirl.report.security.recorded_graph import OUTSIDE, RecordedGraph
+from gsiirl.report.words.numbers import format_number
 
 EDGE_COLOUR = "#64748b"
 LABELLED_EDGES = 14
@@ -39,8 +41,11 @@ class _EdgeCurve:
     """The bend of matplotlib's connection style arc3."""
 
 
-def draw_attack_graph(graph: RecordedGraph, learned_value: np.ndarray | None) -> Figure:
-    """Draw the graph; `learned_value` is the mean over seeds, [N], or None where nothing was learned."""
+def draw_attack_graph(graph: RecordedGraph, learned_value: np.ndarray | None, untested: Collection[int] = ()) -> Figure:
+    """Draw the graph; `learned_value` is the mean over seeds, [N], or None where nothing was learned.
+
+    What was learned of the nodes in `untested` is pale.
+    """
     layout = lay_out(graph)
     curves = _edge_curves(graph, layout.position)
     # Edges that go a long way round may leave the canvas of the cards.
@@ -56,7 +61,9 @@ def draw_attack_graph(graph: RecordedGraph, learned_value: np.ndarray | None) ->
     if learned_value is not None:
         values["learned"] = (learned_value, style.LEARNED_COLOUR)
     cards = {
-        node: _draw_outside(axes, place) if node == OUTSIDE else _draw_node(axes, graph, node, place, values)
+        node: _draw_outside(axes, place)
+        if node == OUTSIDE
+        else _draw_node(axes, graph, node, place, values, pale=node in untested)
         for node, place in layout.position.items()
     }
     for (source, target), probability, curve in zip(graph.edges, graph.success_probability, curves, strict=True):
@@ -88,11 +95,11 @@ def _draw_outside(axes: Axes, place: Point) -> FancyBboxPatch:
 
 
 def _draw_node(
-    axes: Axes, graph: RecordedGraph, node: int, place: Point, values: dict[str, tuple[np.ndarray, str]]
+    axes: Axes, graph: RecordedGraph, node: int, place: Point, values: dict[str, tuple[np.ndarray, str]], pale: bool
 ) -> FancyBboxPatch:
     """A card with the node's name and a bar for each of its `values` (and its colour), by label; returns the card."""
     (x, y), (width, height) = place, CARD
-    left, right, name = x - width / 2 + 0.09, x + width / 2 - 0.07, _shortened(graph.nodes[node])
+    left, right, name = x - width / 2 + 0.09, x + width / 2 - 0.07, graph.nodes[node]
     foothold = graph.footholds[node]
     edge, width_of_edge = (style.ALARM_COLOUR, 2.2) if foothold else ("#94a3b8", 1.0)
     card = _draw_card(axes, place, CARD, 0.08, facecolor="white", edgecolor=edge, linewidth=width_of_edge)
@@ -102,17 +109,22 @@ def _draw_node(
         text = "foothold: held by the\nattacker from the start"
         axes.text(left, y - 0.12, text, size=9, color=style.ALARM_COLOUR, va="center", zorder=4)
         return card
-    gainable = ~np.array(graph.footholds)
+    if not graph.can_fall(node):
+        text = "cannot be reached:\nnothing to learn"
+        axes.text(left, y - 0.12, text, size=9, color=style.FAINT_COLOUR, va="center", zorder=4)
+        return card
+    gainable = [graph.can_fall(other) for other in range(len(graph.nodes))]
     longest = max(float(np.max(np.abs(each[gainable]))) for each, _ in values.values()) or 1.0
     for row, (label, (each, colour)) in enumerate(values.items()):
+        look: Look = {"color": colour, "alpha": 0.35 if pale and label == "learned" else 1.0}
         middle = y + height / 2 - 0.43 - 0.24 * row
-        axes.text(left, middle, label, size=9, color=colour, va="center", zorder=4)
+        axes.text(left, middle, label, size=9, va="center", zorder=4, **look)
         start, room = (x - width / 2 + 0.61, middle - 0.07), 0.46
         filled = room * min(1.0, max(0.0, float(each[node])) / longest)
         axes.add_patch(Rectangle(start, room, 0.14, facecolor="#f1f5f9", zorder=4))
-        axes.add_patch(Rectangle(start, filled, 0.14, facecolor=colour, zorder=5))
-        text = f"{each[node]:.2f}".replace("-", "\N{MINUS SIGN}")
-        axes.text(right, middle, text, size=9.5, weight="bold", color=colour, ha="right", va="center", zorder=5)
+        axes.add_patch(Rectangle(start, filled, 0.14, linewidth=0, zorder=5, **look))
+        text = format_number(float(each[node]), 2)
+        axes.text(right, middle, text, size=9.5, weight="bold", ha="right", va="center", zorder=5, **look)
     return card
 
 
@@ -175,7 +187,3 @@ def _draw_legend(axes: Axes, learned: bool, y: float) -> None:
     axes.add_patch(FancyArrowPatch((x, y), (x + 0.4, y), **_arrow(0.3)))
     axes.add_patch(FancyArrowPatch((x + 0.45, y), (x + 0.95, y), **_arrow(0.9)))
     axes.text(x + 1.03, y, "attack; thicker: likelier to succeed", size=10, va="center")
-
-
-def _shortened(name: str) -> str:
-    return name if len(name) <= 17 else name[:16] + "\N{HORIZONTAL ELLIPSIS}"

@@ -69,16 +69,9 @@ def lay_out(graph: RecordedGraph) -> GraphLayout:
 
 def _distances(graph: RecordedGraph) -> dict[int, int]:
     """Number of attacks from the attacker's start to every node; nodes that none reaches come last."""
-    start = OUTSIDE - 1
-    network = networkx.DiGraph(graph.edges)
-    network.add_edges_from((start, node) for node, foothold in enumerate(graph.footholds) if foothold)
-    nodes = list(range(len(graph.nodes)))
-    if OUTSIDE in network:
-        network.add_edge(start, OUTSIDE)
-        nodes.insert(0, OUTSIDE)
-    network.add_node(start)
-    reached = networkx.single_source_shortest_path_length(network, start)
-    return {node: reached.get(node, max(reached.values()) + 1) for node in nodes}
+    entries: dict[int, int] = {OUTSIDE: 0} if any(source == OUTSIDE for source, _ in graph.edges) else {}
+    last = max(graph.distance.values(), default=0) + 1
+    return entries | {node: graph.distance.get(node, last) for node in range(len(graph.nodes))}
 
 
 def _largest_mesh(graph: RecordedGraph) -> list[int]:

@@ -34,10 +34,10 @@ class _Series:
 def draw_recovery(group: GameGroup, graph: RecordedGraph) -> Figure | None:
     """Scatter plots (attacker's values and costs, defender's losses) and Pearson; None if nothing was learned.
 
-    Footholds are left out: they cannot be taken, so their value has no effect and cannot be learned.
+    Machines that can never fall (footholds, and what no attack reaches) are left out: their value has no effect.
     """
     count = len(graph.nodes)
-    nodes = np.flatnonzero(~np.array(graph.footholds))
+    nodes = np.flatnonzero([graph.can_fall(node) for node in range(count)])
     edges = np.arange(count, count + len(graph.edges))
     costs = _series(group, "expert_reward", graph.expert_truth, edges)
     if not graph.expert_no_op:

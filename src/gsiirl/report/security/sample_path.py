@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import polars
 
+from gsiirl.errors import InputError
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.security.recorded_graph import OUTSIDE, RecordedGraph
+from gsiirl.runs.files.damage import START_AGAIN
 
 WORD = 62
 """Nodes in one column of the states."""
@@ -42,9 +44,17 @@ def pick_sample_path(graph: RecordedGraph, run: ReportedRun) -> SamplePath | Non
     Raises:
         InputError: the table of the paths lacks a column.
     """
-    trajectories = run.trajectories(("expert_action", "learner_action", "state"))
+    trajectories, count = run.trajectories(("expert_action", "learner_action", "state")), len(graph.edges)
     if not trajectories:
         return None
+    states = [name for name in trajectories[0].columns if name.startswith("state")]
+    limits = {"expert_action": count + 1, "learner_action": count + 1}
+    limits |= {name: 1 << min(len(graph.nodes), WORD) for name in states}
+    for name, limit in limits.items():
+        if not all(
+            table[name].dtype == polars.Int64 and table[name].is_between(0, limit - 1).all() for table in trajectories
+        ):
+            raise InputError(str(run.path / "paths.parquet"), f"is damaged: {name} is none of the game", START_AGAIN)
     chosen = max(trajectories, key=lambda table: _states(table)[-1].bit_count())
     states = _states(chosen)
     rows = zip(chosen["expert_action"], chosen["learner_action"], states, [*states[1:], None], strict=True)

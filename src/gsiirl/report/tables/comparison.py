@@ -5,7 +5,7 @@ from typing import Any
 
 from gsiirl.report.read.estimate import Estimate
 from gsiirl.report.read.group import GameGroup
-from gsiirl.report.tables.paper_results import PAPER_RESULTS, Returns
+from gsiirl.report.tables.paper_results import Returns, paper_results
 from gsiirl.report.words.algorithms import algorithm_style
 
 RETURNS_NOTE = (
@@ -69,5 +69,5 @@ def _marl_from_truth(group: GameGroup) -> list[ComparisonRow]:
 
 
 def _row(group: GameGroup, label: str, algorithm: str, returns: Evaluations, source: str) -> ComparisonRow:
-    paper = PAPER_RESULTS.get(group.experiment)
+    paper = paper_results(group)
     return ComparisonRow(label, algorithm, returns, paper.returns.get(algorithm) if paper else None, source)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from gsiirl.report.read.group import GameGroup
+
 Returns = dict[str, tuple[float, float]]
 """Mean and standard deviation, by side."""
 
@@ -55,3 +57,16 @@ PAPER_RESULTS = {
     ),
 }
 """By experiment, in the order of the paper's columns."""
+
+PAPER_NODES, PAPER_EDGES = 8, 10
+"""Of the paper's attack graph, which was drawn at random."""
+
+
+def paper_results(group: GameGroup) -> PaperResults | None:
+    """What the paper prints of such a game; None where it has none, and of other networks than one like its own."""
+    if group.experiment == "security":
+        parts = [group.game.get(name) for name in ("nodes", "edges")]
+        sizes = [len(each) if isinstance(each, list) else 0 for each in parts]
+        if group.first.made.settings.get("graph") or sizes != [PAPER_NODES, PAPER_EDGES]:
+            return None
+    return PAPER_RESULTS.get(group.experiment)

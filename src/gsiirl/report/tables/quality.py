@@ -54,7 +54,11 @@ METRICS = {
     "collision_rate": MetricWords("collisions", "share of encounters in which robot and human collide", "share"),
     "goal_rate_robot": MetricWords("robot arrives", "share of encounters in which the robot reaches its goal", "share"),
     "goal_rate_human": MetricWords("human arrives", "share of encounters in which the human reaches its goal", "share"),
-    "nash_gap": MetricWords("NashConv", "what both sides together could gain by changing alone; 0 is an equilibrium"),
+    "nash_gap": MetricWords(
+        "NashConv",
+        "what both sides together could gain if each changed alone; 0 at an equilibrium, which a commitment is not and "
+        "need not be",
+    ),
     "exploitability_learner": MetricWords(
         "exploitability, learner",
         "what a best response trained in the learner's place gains over it, of the return's size",
@@ -68,6 +72,9 @@ METRICS = {
     "expert_trajectories": MetricWords("trajectories asked", "demonstrations asked of the expert, a seed", "count"),
 }
 """Metrics in the table's order."""
+
+
+DASH = "\N{EN DASH}"
 
 
 @dataclass(frozen=True)
@@ -89,20 +96,21 @@ class QualityRow:
         """Wall time in seconds or minutes, or a dash where it is not known."""
         seconds = self.run.wall_seconds
         if seconds is None:
-            return "\N{EN DASH}"
+            return DASH
         return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
     def cell(self, metric: str) -> str:
-        """A metric as text, or a dash where the run does not have it."""
+        """A metric as text, or a dash where the run does not have it or it is not defined."""
         estimate = self.metrics.get(metric)
-        if estimate is None:
-            return "\N{EN DASH}"
-        form = METRICS[metric].form
-        if form == "count":
-            return f"{estimate.mean:.0f}"
-        if form == "share":
-            return f"{format_number(100 * estimate.mean, 1)} ± {format_share(estimate.std)}"
-        return f"{estimate.mean:.3f} ± {estimate.std:.3f}".replace("-", "\N{MINUS SIGN}")
+        return DASH if estimate is None else _in_words(estimate, METRICS[metric].form)
+
+    def over_all_seeds(self, metric: str) -> str:
+        """A metric over all seeds as text; empty where no seed failed."""
+        estimate = self.metrics.get(metric)
+        if estimate is None or not self.run.failed_seeds:
+            return ""
+        everyone = estimate.with_failed
+        return "all seeds: no number" if everyone is None else f"all: {_in_words(everyone, METRICS[metric].form)}"
 
     def json(self) -> dict[str, Any]:
         """The entry in `table.json`; metrics that the run does not have are absent."""
@@ -116,6 +124,14 @@ class QualityRow:
         }
         wall = {} if self.run.wall_seconds is None else {"wall_seconds": self.run.wall_seconds}
         return content | {name: each.json() for name, each in self.metrics.items()} | wall
+
+
+def _in_words(estimate: Estimate, form: str) -> str:
+    if form == "count":
+        return format_number(estimate.mean, 0)
+    if form == "share":
+        return f"{format_number(100 * estimate.mean, 1)} ± {format_share(estimate.std)}"
+    return f"{format_number(estimate.mean, 3)} ± {format_number(estimate.std, 3)}"
 
 
 def judge(group: GameGroup) -> list[QualityRow]:
@@ -132,5 +148,5 @@ def _metrics(run: ReportedRun) -> dict[str, Estimate]:
 
 
 def used_metrics(rows: list[QualityRow]) -> list[str]:
-    """Names of the metrics that at least one run has, in the table's order."""
-    return [metric for metric in METRICS if any(metric in row.metrics for row in rows)]
+    """Names of the metrics that at least one run has, defined or not, in the table's order."""
+    return [metric for metric in METRICS if any(metric in row.metrics or metric in row.run.undefined for row in rows)]

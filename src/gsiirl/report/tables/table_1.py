@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
-from gsiirl.report.read.estimate import Estimate
-from gsiirl.report.read.gap import VERDICTS, gap_to_marl
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.tables.comparison import ComparisonRow
-from gsiirl.report.tables.paper_results import PAPER_RESULTS
+from gsiirl.report.tables.paper_results import PAPER_RESULTS, paper_results
+from gsiirl.report.tables.rivals import Rival, rivals_of
 from gsiirl.report.words.algorithms import algorithm_rank, algorithm_style
-from gsiirl.report.words.numbers import format_number
 
 PAPER_VARIANTS = ("mpe", "default", "zero_sum")
 
@@ -46,22 +44,24 @@ class Table1Column:
         )
 
     @property
-    def gap(self) -> Estimate | None:
-        """The deployed return of GSIIRL less MARL's; None where one of them is missing."""
-        run = self.group.of("gsiirl")
-        return None if run is None else gap_to_marl(self.group, run)
+    def marl(self) -> Rival | None:
+        """MARL as a rival of GSIIRL; None where one of them is missing, or MARL was not deployed."""
+        rivals = rivals_of(self.group)
+        found = rivals.of("marl") if rivals is not None and rivals.subject.algorithm == "gsiirl" else None
+        return None if found is None or found.verdict is None else found
 
     @property
     def sentence(self) -> str:
-        """The gap in words, beside the paper's."""
+        """The verdict on GSIIRL beside MARL, and the paper's."""
         paper = f"the paper's GSIIRL ends {PAPER_RESULTS[self.group.experiment].gap} its MARL"
-        if self.gap is None:
-            return f"{self.heading}: no GSIIRL to compare with MARL here; {paper}."
-        found = self.gap
-        spread = f"95 % interval {_signed(found.low)} to {_signed(found.high)}, {found.count} seeds"
+        if self.marl is None or self.marl.verdict is None:
+            return f"{self.heading}: no GSIIRL and MARL to compare, both deployed, here; {paper}."
+        words = self.marl.verdict.words()
+        told = {"better": "better than MARL", "worse": "worse than MARL", "the same": "the same as MARL"}.get(
+            words, words
+        )
         return (
-            f"{self.heading} ({self.game}): GSIIRL, deployed, less MARL: {_signed(found.mean)} "
-            f"({spread if found.count > 1 else 'one seed: no interval'}): {VERDICTS[found.sign]} than MARL; {paper}."
+            f"{self.heading} ({self.game}): GSIIRL less MARL, both deployed: {self.marl.difference}: {told}; {paper}."
         )
 
 
@@ -76,7 +76,9 @@ class Table1:
         """The table of games and their comparisons; None where the paper has fewer than two of their experiments."""
         columns = []
         for experiment in PAPER_RESULTS:
-            games = [(group, rows) for group, rows in compared if group.experiment == experiment]
+            games = [
+                (group, rows) for group, rows in compared if group.experiment == experiment and paper_results(group)
+            ]
             if games:
                 # The game with the most algorithms, of equals the paper's variant, of equals the one given first.
                 group, rows = max(games, key=lambda each: (len(each[1]), each[0].game.get("variant") in PAPER_VARIANTS))
@@ -105,11 +107,7 @@ class Table1:
                 "variant": column.group.game.get("variant"),
                 "returns": [column.rows[name].json() for name in self.algorithms if name in column.rows],
                 "sentence": column.sentence,
-                **({"gap_to_marl": column.gap.json()} if column.gap else {}),
+                **({"gap_to_marl": column.marl.verdict.json()} if column.marl and column.marl.verdict else {}),
             }
             for column in self.columns
         ]
-
-
-def _signed(value: float) -> str:
-    return ("+" if value > 0 else "") + format_number(value)

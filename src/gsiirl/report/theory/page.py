@@ -18,6 +18,8 @@ def write_theory_page(findings: Findings, folder: Path) -> Path:
     """
     part = TheoryPart.of(findings, "theory", "")
     contents = {name: content for figure in part.figures for name, content in figure.files.items()}
-    contents[PAGE] = render("theory.html", generator="gsiirl theory", theory=part).encode()
+    contents[PAGE] = render(
+        "theory.html", generator="gsiirl theory", theory=part, made_groups=[], made_lines=[part.made]
+    ).encode()
     write_files(folder, contents)
     return folder / PAGE

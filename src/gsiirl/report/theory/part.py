@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from gsiirl.report.figures.page_figure import PageFigure, page_figure
 from gsiirl.report.figures.style import figure_style
+from gsiirl.report.read.made import NOT_RECORDED
 from gsiirl.report.theory.finding_figure import draw_finding, straight_slope, undrawn_points
 from gsiirl.runs.findings import Finding, Findings, Measurement
 
@@ -61,10 +62,24 @@ class TheoryPart:
     def verdict(self) -> str:
         """The result in one sentence."""
         bounded, held = sum(len(item.bounded) for item in self.items), sum(item.held for item in self.items)
-        if held == bounded:
-            return f"All {bounded} bounds hold."
-        missed = [item.finding.title for item in self.items if not item.finding.holds]
-        return f"{held} of {bounded} bounds hold; missed in {', '.join(missed)}."
+        if held < bounded:
+            missed = [item.finding.title for item in self.items if not item.finding.holds]
+            return f"{held} of {bounded} bounds hold; missed in {', '.join(missed)}."
+        if self.findings.missing:
+            return f"All {bounded} bounds measured so far hold; not every check was run."
+        return f"All {bounded} bounds hold."
+
+    @property
+    def made(self) -> str:
+        """Version, command, settings and date in one sentence."""
+        environment = dict(self.findings.environment)
+        date = environment.pop("date", NOT_RECORDED)
+        versions = ", ".join(f"{name} {version}" for name, version in environment.items())
+        quick = " --quick" if self.findings.quick else ""
+        return (
+            f"The theory was measured with gsiirl theory{quick} --out theory, {date}, by {versions}; games, seeds and "
+            "settings of every check are fixed in the program."
+        )
 
     @property
     def notes(self) -> list[str]:
@@ -75,7 +90,7 @@ class TheoryPart:
                 "This is the quick mode: fewer games, points and combinations, the same claims and the same bounds."
             )
         if self.findings.missing:
-            notes.append(f"Interrupted: not measured yet are {', '.join(self.findings.missing)}.")
+            notes.append(f"Not run yet: {', '.join(self.findings.missing)}.")
         return notes
 
 

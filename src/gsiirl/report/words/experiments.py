@@ -34,6 +34,8 @@ class ExperimentWords:
     """Who learner and expert are, for readers who do not know the experiment."""
     reference: tuple[str, str] = ("plays at random", "play at random")
     """What the learner of random play does, in the singular and in the plural."""
+    trained: bool = False
+    """Whether policies are trained networks, MARL's too, which end elsewhere with every seed, and no best is known."""
 
 
 UNTRAINED = ("has learned nothing", "have learned nothing")
@@ -45,6 +47,7 @@ EXPERIMENTS = {
         SideName("adversary"),
         ("two agents that hide their target", "an adversary that looks for it"),
         UNTRAINED,
+        trained=True,
     ),
     "crossing": ExperimentWords(
         "Human-robot interaction",
@@ -52,6 +55,7 @@ EXPERIMENTS = {
         SideName("human"),
         ("a robot", "a human whose way it crosses"),
         UNTRAINED,
+        trained=True,
     ),
     "security": ExperimentWords(
         "Security",
@@ -70,6 +74,12 @@ VARIANTS = {
     "separate_target": "general-sum: the adversary is after the other landmark, not after that of the good agents",
 }
 """The variants of games, in words."""
+
+HANDED = {
+    "zero_sum": "r_ld = \N{MINUS SIGN}r_e here: the losses that the defender reads hand it the attacker's reward.",
+    "mpe": "r_ld = \N{MINUS SIGN}r_e here: what the good agents read of their own reward hands them the adversary's.",
+}
+"""The variants in which the learner's own reward tells it the expert's, in one line."""
 
 
 def experiment_words(experiment: str) -> ExperimentWords:

@@ -21,5 +21,18 @@ def refuse_damaged(path: Path, mend: str = START_AGAIN) -> Iterator[None]:
         yield
     except InputError:
         raise
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise InputError(str(path), f"is damaged ({error!r})", mend) from error
+
+
+@contextmanager
+def refuse_unreadable(field: str, path: Path, mend: str) -> Iterator[None]:
+    """Turn a failure to look at `path` into an error that says so.
+
+    Raises:
+        InputError: the user may not look there, the name is too long, or the like.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(field, f"{path} cannot be read ({error.strerror or error})", mend) from error

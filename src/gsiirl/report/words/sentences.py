@@ -1,0 +1,8 @@
+"""Parts of sentences."""
+
+from collections.abc import Sequence
+
+
+def enumeration(parts: Sequence[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
