@@ -56,6 +56,15 @@ def test_an_exploit_without_a_system_works_under_any(tmp_path: Path, system: str
     assert read_nasim(path).edge_names == read_nasim(CLINIC).edge_names
 
 
+def test_of_several_exploits_the_likeliest_is_taken(tmp_path: Path):
+    # smb passes to (3, 0) too when it needs no windows, but http is likelier.
+    network = read_nasim(
+        changed(tmp_path, "os: windows\n    prob: 0.5\n    cost: 3", "os: None\n    prob: 0.5\n    cost: 0")
+    )
+    edge = network.edge_names.index("host (2, 0) -> host (3, 0)")
+    assert network.success_probability[edge] == 0.7
+
+
 def test_an_exploit_that_never_succeeds_is_none(tmp_path: Path):
     names = read_nasim(changed(tmp_path, "prob: 0.5\n    cost: 3", "prob: 0\n    cost: 3")).edge_names
     assert "host (2, 0) -> host (2, 1)" not in names

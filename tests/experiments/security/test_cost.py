@@ -91,7 +91,7 @@ def test_where_fewer_seeds_would_do_as_many_are_named(tmp_path: Path):
 
 @pytest.mark.usefixtures("free")
 def test_many_edges_are_refused_for_what_their_features_take(tmp_path: Path):
-    config = config_of(tmp_path, chain(900), seeds=1)
+    config = config_of(tmp_path, chain(900), seeds=1, horizon=1, algorithm="marl")
     with pytest.raises(InputError, match="900 edges"):
         check_memory(config, config.network())
 
