@@ -198,7 +198,7 @@ def test_a_disk_that_fills_up_is_told_and_the_run_goes_on_when_there_is_room(
         with pytest.raises(InputError) as error:
             runner.run(CONFIG, tmp_path / "cut")
     cut = tmp_path / "cut"
-    problem = f"{cut}: {cut} cannot be written (No space left on device); make room or allow it"
+    problem = f"{cut}: cannot be written (No space left on device); make room or allow it"
     assert str(error.value) == f"{problem}, then go on with `gsiirl resume {cut}`"
     runner.resume(cut)
     assert bytes_of(cut) == bytes_of(finished)

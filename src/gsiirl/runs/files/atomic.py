@@ -41,4 +41,5 @@ def refuse_unwritable(field: str, folder: Path, mend: str = "use another folder"
     try:
         yield
     except OSError as error:
-        raise InputError(field, f"{folder} cannot be written ({error.strerror or error})", mend) from error
+        what = "" if field == str(folder) else f"{folder} "
+        raise InputError(field, f"{what}cannot be written ({error.strerror or error})", mend) from error

@@ -35,4 +35,5 @@ def refuse_unreadable(field: str, path: Path, mend: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(field, f"{path} cannot be read ({error.strerror or error})", mend) from error
+        what = "" if field == str(path) else f"{path} "
+        raise InputError(field, f"{what}cannot be read ({error.strerror or error})", mend) from error
