@@ -94,6 +94,13 @@ def test_a_directed_edge_is_attacked_one_way_and_a_place_outside_of_the_topology
     assert set(attacks(network)) == {"outside -> a", "a -> b"}
 
 
+def test_a_directed_edge_is_no_way_back_and_an_edge_to_itself_is_none(tmp_path: Path):
+    table = "host,name,probability,value\nb,hole,0.5,1\nc,hole,0.5,1\n"
+    network, said = built(tmp_path, table, directed=True, edges=["ab", "ac", "bc", "bb"])
+    assert set(attacks(network)) == {"a -> b", "a -> c", "b -> c"}
+    assert said == [f"{tmp_path / 'plain.json'}: edges from a host to itself (1) are left out"]
+
+
 def test_hosts_without_a_vulnerability_and_what_lies_behind_them_are_named(tmp_path: Path):
     plain = {"nodes": ["a", "b", "c", "d"], "edges": ["ab", "ac", "cd"]}
     network, said = built(tmp_path, "host,name,probability,value\nb,hole,0.5,1\nd,hole,0.5,1\n", **plain)

@@ -52,7 +52,7 @@ def test_other_columns_are_named_with_what_may_have_been_meant(tmp_path: Path):
         ('host,name,cvss\nx,y,"7,5"\n', "with a decimal point: 7.5"),
         ("host,name,probability\nx,y,0\n", "line 2, probability: is '0'; give a number above 0 and at most 1"),
         ("host,name,probability\nx,y,nan\n", "is 'nan'"),
-        ("host,name,probability\nx,y,1_0\n", "is '1_0'"),
+        ("host,name,probability\nx,y,0_1\n", "is '0_1'"),
         ("host,name,probability,attack_cost\nx,y,1,-1\n", "line 2, attack_cost: is '-1'; give 0 or more"),
         ("host,name,probability,value\nx,y,1,inf\n", "line 2, value: is 'inf'; give a finite number"),
         (b"host,name,cvss\nx,y,5\nx,\xe9,5\n", "line 3: is not UTF-8 text; save it as 'CSV UTF-8'"),
