@@ -1,7 +1,7 @@
 """A security problem small enough for tests to run whole."""
 
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.experiments.security.problem import SecurityProblem, build, network_of
+from gsiirl.experiments.security.problem import SecurityProblem, build
 
 
 def tiny_config(**changes: object) -> SecurityConfig:
@@ -22,4 +22,4 @@ def tiny_config(**changes: object) -> SecurityConfig:
 def tiny_problem(**changes: object) -> SecurityProblem:
     """The problem of `tiny_config`."""
     config = tiny_config(**changes).resolved()
-    return build(config, network_of(config))
+    return build(config, config.network())

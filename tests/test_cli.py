@@ -1,5 +1,8 @@
+import json
+import signal
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -12,8 +15,10 @@ from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
 from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.program.progress import nobody
 from gsiirl.runs import Findings, RunFolder, Summary
 from gsiirl.runs.files.json_file import write_json
+from gsiirl.scenarios import load_network
 
 Message = Callable[[list[str]], str]
 
@@ -94,6 +99,23 @@ def test_fields_are_flags(runner: ModuleType, tmp_path: Path, capsys: pytest.Cap
     assert f"gsiirl report {out}" in line
 
 
+def test_what_is_said_of_a_network_is_said_once_in_a_line(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    # The configuration reads the network of a run, and the run reads it again.
+    runner.__dict__.update(run=lambda config, out, told: [load_network(config.graph) for _ in range(2)])
+    file = Path(__file__).parent / "data" / "networks" / "undirected.json"
+    assert main(["run", "security", "--graph", str(file), "--out", str(tmp_path / "run")]) == 0
+    [line] = [line for line in capsys.readouterr().err.splitlines() if "read as" in line]
+    assert line == f"gsiirl: {file}: undirected edges (1 of 2) are read as attacks in both directions"
+
+
+def test_other_warnings_are_as_python_has_them(runner: ModuleType, tmp_path: Path):
+    runner.__dict__.update(run=lambda config, out, told: warnings.warn("of another kind", UserWarning, stacklevel=1))
+    with pytest.warns(UserWarning, match="of another kind"):
+        main(["run", "security", "--out", str(tmp_path / "run")])
+
+
 def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Path):
     path = tmp_path / "run.toml"
     path.write_text("seeds = 3\nlearner_no_op = true\n")
@@ -107,7 +129,7 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         (
             "secruity",
             "secruity: is no command of `gsiirl`; "
-            "choose from run, resume, evaluate, reproduce, ablation, theory, report, list",
+            "choose from run, resume, network, evaluate, reproduce, ablation, theory, report, list",
         ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
@@ -122,15 +144,21 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
             "--xyz: is no flag of `gsiirl run security`; see `gsiirl run security --help`",
         ),
         ("run security --out x --seeds 1 --seeds 2", "--seeds: is given more than once; give it once"),
-        ("run security --out x --seeds 0", "--seeds: cannot be 0; give a whole number of at least 1"),
-        ("run security --out x --iterations -1", "--iterations: cannot be -1; give a whole number of at least 0"),
+        ("run security --out x --seeds 0", "--seeds: cannot be 0; give a whole number of at least 1 and at most 10000"),
+        (
+            "run security --out x --iterations -1",
+            "--iterations: cannot be -1; give a whole number of at least 0 and at most 1000000",
+        ),
         ("run security --out x --discount 1.5", "--discount: cannot be 1.5; give a number above 0 and at most 1"),
         ("run security --out x --temperature nan", "--temperature: cannot be nan; give a number above 0, or unknown"),
         ("run security --out x --temperature -inf", "--temperature: cannot be -inf; give a number above 0, or unknown"),
         ("run security --out x --temperature 0", "--temperature: cannot be 0; give a number above 0, or unknown"),
         ("run security --out x --temperature abc", "--temperature: cannot be abc; give a number above 0, or unknown"),
         ("run security --out x --variant foo", "--variant: cannot be foo; choose general_sum or zero_sum"),
-        ("run security --out x --seeds 0 --discount 2", "--seeds: cannot be 0; give a whole number of at least 1"),
+        (
+            "run security --out x --seeds 0 --discount 2",
+            "--seeds: cannot be 0; give a whole number of at least 1 and at most 10000",
+        ),
         ("run security --out x --learner-no-op=q", "--learner-no-op: cannot be q; see `gsiirl run security --help`"),
         (
             "run security --out x y",
@@ -141,10 +169,13 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
             "run crossing --out x --graph y",
             "--graph: is no flag of `gsiirl run crossing`; see `gsiirl run crossing --help`",
         ),
-        ("run crossing --out x --hidden 0", "--hidden: cannot be 0; give a whole number of at least 1"),
+        (
+            "run crossing --out x --hidden 0",
+            "--hidden: cannot be 0; give a whole number of at least 1 and at most 4096",
+        ),
         ("run deception --out x --variant foo", "--variant: cannot be foo; choose mpe or separate_target"),
         ("reproduce", "--out: is missing; add --out DIR"),
-        ("reproduce --out x --seeds 0", "--seeds: cannot be 0; give a whole number of at least 1"),
+        ("reproduce --out x --seeds 0", "--seeds: cannot be 0; give a whole number of at least 1 and at most 10000"),
         ("reproduce --out x --quik", "--quik: is no flag of `gsiirl reproduce`; did you mean --quick?"),
         (
             "reproduce --out x --algorithm paper",
@@ -157,7 +188,10 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         ("evaluate x", "--in: is missing; add --in mpe2"),
         ("evaluate x --in mpe3", "--in: cannot be mpe3; see `gsiirl evaluate --help`"),
         ("evaluate x --in mpe2 --pair y", "--pair: cannot be y; see `gsiirl evaluate --help`"),
-        ("evaluate x --in mpe2 --episodes 0", "--episodes: cannot be 0; give a whole number of at least 1"),
+        (
+            "evaluate x --in mpe2 --episodes 0",
+            "--episodes: cannot be 0; give a whole number of at least 1 and at most 1000000",
+        ),
         ("evaluate x --in mpe2", "x: is no folder; give the --out folder of a run"),
         ("theory", "--out: is missing; add --out DIR"),
         ("theory --quik --out x", "--quik: is no flag of `gsiirl theory`; did you mean --quick?"),
@@ -168,12 +202,43 @@ def test_bad_input_gets_one_line(command: str, message: str, refused: Message, r
     assert runner.calls == []
 
 
+MANY_DIGITS = "9" * 5000
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "run security --out {out} --seeds 1000000000",
+        f"run security --out {{out}} --seeds {MANY_DIGITS}",
+        "run security --out {out} --first-seed 99999999999999999999999",
+        "run deception --out {out} --first-seed 4294967296",
+        "run crossing --out {out} --first-seed 2147483647",
+        f"run game --out {{out}} FILE.npz --iterations {MANY_DIGITS}",
+        f"evaluate {{out}} --in mpe2 --episodes {MANY_DIGITS}",
+        f"reproduce --out {{out}} --jobs {MANY_DIGITS}",
+        "reproduce --out {out} --seeds 1000000000",
+        f"ablation --out {{out}} --graph-seeds {MANY_DIGITS}",
+        "ablation --out {out} --graph-seeds 4294967296",
+        f"ablation --out {{out}} --trajectories {MANY_DIGITS}",
+    ],
+)
+def test_numbers_beyond_all_bounds_get_one_short_line_and_no_folder(
+    command: str, refused: Message, runner: ModuleType, tmp_path: Path
+):
+    out = tmp_path / "run"
+    message = refused(command.format(out=out).split())
+    assert message.startswith("--")
+    assert len(message) < 200
+    assert runner.calls == []
+    assert not out.exists()
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
         ("seeds = = 3", "--config: {path} is not TOML (Invalid value (at line 1, column 9)); mend the file"),
         ("seds = 3", "seds in {path}: is no field of the security experiment; did you mean seeds?"),
-        ("seeds = 0", "seeds in {path}: cannot be 0; give a whole number of at least 1"),
+        ("seeds = 0", "seeds in {path}: cannot be 0; give a whole number of at least 1 and at most 10000"),
     ],
 )
 def test_a_bad_configuration_file_gets_one_line(content: str, message: str, refused: Message, tmp_path: Path):
@@ -205,6 +270,35 @@ def test_an_error_of_the_program_keeps_its_traceback(runner: ModuleType):
     runner.__dict__["run"] = run
     with pytest.raises(ValueError, match="a fault"):
         main(["run", "security", "--out", "x"])
+
+
+@pytest.mark.parametrize(("failed", "status"), [([], 0), ([4], 0), ([4, 5], 1)])
+def test_failed_seeds_are_named_at_the_end(
+    failed: list[int], status: int, runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    folder = make_run(tmp_path / "run")
+    RunFolder.open(folder).write_summary(Summary("security", "gsiirl", [4, 5], failed, 5, completed=True, final={}))
+    for command in (["run", "security", "--out"], ["resume"]):
+        assert main([*command, str(folder)]) == status
+        captured = capsys.readouterr()
+        assert f"The run is in {folder}" in captured.out
+        told = f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))}\n"
+        assert captured.err == (told if failed else "")
+
+
+def test_a_run_on_a_file_says_which_scale_it_takes_the_rewards_to_have(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    path = tmp_path / "euros.json"
+    nodes = [{"name": "a", "value": 250_000}, {"name": "b", "value": -1_200_000}]
+    edges = [{"source": None, "target": name, "success_probability": 0.5} for name in "ab"]
+    path.write_text(json.dumps({"nodes": nodes, "edges": edges}))
+    command = ["run", "security", "--graph", str(path), "--out", str(tmp_path / "run")]
+    assert main(command) == 0
+    scale = "temperature 480,000 (0.4 x the largest value or attack cost), bound of a reward weight 1,200,000"
+    assert capsys.readouterr().err == f"gsiirl: {path}: {scale}\n"
+    assert main([*command, "--temperature", "3"]) == 0
+    assert capsys.readouterr().err == f"gsiirl: {path}: temperature 3, bound of a reward weight 1,200,000\n"
 
 
 def test_an_interrupted_run_says_how_to_go_on(runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
@@ -262,7 +356,7 @@ def test_reproduce_runs_the_plan_and_reports_it(
     message = f"--out: {first} holds a run with other settings; use another folder"
     assert refused([*command, "--seeds", "3"]) == message
     assert len(runner.calls) == 13
-    message = "--jobs: cannot be 0; give a whole number of at least 1"
+    message = "--jobs: cannot be 0; give a whole number of at least 1 and at most 1000"
     assert refused(["reproduce", "--jobs", "0", "--out", "x"]) == message
 
 
@@ -340,5 +434,62 @@ def test_the_program_exits_with_the_status_of_main():
     arguments = ["run", "security", "--seeds", "0", "--out", "x"]
     finished = subprocess.run([sys.executable, "-m", "gsiirl", *arguments], capture_output=True, text=True, check=False)
     assert finished.returncode == 2
-    assert finished.stderr == "gsiirl: --seeds: cannot be 0; give a whole number of at least 1\n"
+    assert finished.stderr == "gsiirl: --seeds: cannot be 0; give a whole number of at least 1 and at most 10000\n"
     assert finished.stdout == ""
+
+
+def test_a_run_that_is_ended_by_its_cluster_is_interrupted(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    folder = make_run(tmp_path / "run")
+
+    def ended(*_: object) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    runner.__dict__["resume"] = ended
+    before = signal.getsignal(signal.SIGTERM)
+    assert main(["resume", str(folder)]) == 130
+    assert capsys.readouterr().err == f"gsiirl: interrupted: go on with `gsiirl resume {folder}`\n"
+    assert signal.getsignal(signal.SIGTERM) == before
+
+
+def test_in_quiet_the_runner_is_given_somebody_to_tell(runner: ModuleType, tmp_path: Path):
+    told: list[object] = []
+    runner.__dict__["run"] = lambda config, out, told_to: told.append(told_to)
+    assert main(["run", "security", "--out", str(tmp_path / "run")]) == 0
+    assert main(["run", "security", "--quiet", "--out", str(tmp_path / "run")]) == 0
+    assert told == [None, nobody]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "resume {}", "report {} --out x", "evaluate {} --in mpe2", "run security --config {} --out x",
+        "reproduce --out {}", "ablation --out {}", "theory --out {}",
+    ],
+)  # fmt: skip
+def test_a_name_that_no_file_system_takes_gets_one_line(command: str, refused: Message, runner: ModuleType):
+    assert "File name too long" in refused(command.format(300 * "x").split())
+    assert runner.calls == []
+
+
+def test_what_nobody_has_better_words_for_gets_one_line(runner: ModuleType, refused: Message):
+    def run(*_: object) -> None:
+        Path("/proc/nothing/here").read_text()
+
+    runner.__dict__["run"] = run
+    expected = "/proc/nothing/here: cannot be used (No such file or directory); use another, or allow it"
+    assert refused(["run", "security", "--out", "x"]) == expected
+
+
+def test_a_run_of_an_earlier_version_is_gone_on_with_and_told_in_one_line(
+    runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    folder = make_run(tmp_path / "run")
+    for path in folder.iterdir():
+        content = json.loads(path.read_text())
+        path.write_text(json.dumps({name: value for name, value in content.items() if name != "checksum"}))
+    for _ in range(2):
+        assert main(["resume", str(folder)]) == 0
+        told = f"gsiirl: {folder} was written before files carried checksums: damage to it may go unseen\n"
+        assert capsys.readouterr().err == told

@@ -1,12 +1,17 @@
 """What the pages of docs print is what their programs print."""
 
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
+
+from gsiirl.cli import main
+from gsiirl.experiments.security import cost, network_check
 
 DOCS = Path(__file__).parents[1] / "docs"
 NUMBER = r"-?\d+(?:\.\d*)?"
@@ -48,3 +53,20 @@ def test_the_programs_of_a_page_print_what_the_page_says(page: str, tmp_path: Pa
 def test_a_finite_game_of_ones_own_takes_thirty_lines() -> None:
     [first, *_] = re.findall(r"```python\n(.*?)```", (DOCS / "how-to" / "own-game.md").read_text(), re.DOTALL)
     assert len(first.splitlines()) <= 30
+
+
+def test_the_network_commands_print_what_the_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (DOCS / "how-to" / "own-topology.md").read_text()
+    shutil.copytree(DOCS.parent / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    for module in (cost, network_check):
+        monkeypatch.setattr(module, "available_memory", lambda: 20 * 10**9)
+    sessions = re.findall(r"^ *```console\n *\$ gsiirl (.*?)\n(.*?)^ *```", page, re.DOTALL | re.MULTILINE)
+    assert len(sessions) == 4
+    for command, said in sessions:
+        main(shlex.split(command))
+        printed = capsys.readouterr()
+        assert printed.err + printed.out == textwrap.dedent(said), command
+    assert textwrap.indent((tmp_path / "examples" / "clinic.csv").read_text(), "   ") in page

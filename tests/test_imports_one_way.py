@@ -12,6 +12,7 @@ import pytest
 import gsiirl
 
 PACKAGE = Path(gsiirl.__file__).parent
+OFFICE = Path(__file__).parents[1] / "examples" / "office.json"
 
 LEARNERS = {"interaction", "learners", "experts"}
 
@@ -43,7 +44,7 @@ READERS = {
 }
 """Who may import a standalone part."""
 
-COMMANDS = {"gsiirl.experiments.commands", "gsiirl.theory.commands"}
+COMMANDS = {"gsiirl.experiments.commands", "gsiirl.experiments.network_commands", "gsiirl.theory.commands"}
 """The command line's, wherever they stand: they may import what `cli` may."""
 
 SIBLINGS = [
@@ -56,18 +57,18 @@ SIBLINGS = [
 FRONT_DOOR = {("front_door", "evaluation")}
 """A result is judged by `result.evaluate`, so that a user needs no other import."""
 
-EVERYWHERE = {"compilation", "errors", "program", "program_cache", "progress", "_version"}
+EVERYWHERE = {"compilation", "errors", "limits", "program", "program_cache", "_version"}
 
 WITHOUT_JAX = {
     "program",
     "program_cache",
-    "progress",
     "__init__",
     "__main__",
     "_version",
     "adapters",
     "cli",
     "errors",
+    "limits",
     "report",
     "runs",
     "scenarios",
@@ -82,12 +83,15 @@ WITHOUT_JAX_MODULES = {
     "gsiirl.experiments.deception.config",
     "gsiirl.experiments.evaluate",
     "gsiirl.experiments.game.config",
+    "gsiirl.experiments.network_commands",
     "gsiirl.experiments.deception.mpe2_evaluation",
     "gsiirl.experiments.plans",
     "gsiirl.experiments.plans.plan",
     "gsiirl.experiments.plans.planned_run",
     "gsiirl.experiments.plans.reproduce",
     "gsiirl.experiments.security.config",
+    "gsiirl.experiments.security.cost",
+    "gsiirl.experiments.security.network_check",
     "gsiirl.theory",
     "gsiirl.theory.commands",
     "gsiirl.theory.folder",
@@ -185,6 +189,7 @@ def test_a_forbidden_import_is_seen():
         "from gsiirl.cli import main; main(['run', 'crossing', '--help'])",
         "from gsiirl.cli import main; main(['reproduce', '--help'])",
         "from gsiirl.cli import main; main(['list'])",
+        f"from gsiirl.cli import main; main(['network', 'check', {str(OFFICE)!r}])",
         "from gsiirl.cli import main; main(['theory', '--help'])",
         "import gsiirl.experiments.deception.mpe2_evaluation",
     ],

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from gsiirl._version import __version__ as __version__
 from gsiirl.errors import FitWarning as FitWarning
 from gsiirl.errors import InputError as InputError
+from gsiirl.errors import NetworkWarning as NetworkWarning
 
 if TYPE_CHECKING:
     from gsiirl import baselines as baselines
@@ -37,7 +38,7 @@ _MEMBERS = {
     "load": "gsiirl.experiments.loading",
 }
 
-__all__ = ["FitWarning", "InputError", "__version__", *_MODULES, *_MEMBERS]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["FitWarning", "InputError", "NetworkWarning", "__version__", *_MODULES, *_MEMBERS]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 if not TYPE_CHECKING:  # a type checker would take every name for Any

@@ -51,6 +51,20 @@ _run.command(
 _run.command("gsiirl.experiments.commands:game", name="game", help="Your own finite game, from a file of arrays.")
 app.command(_run)
 app.command("gsiirl.experiments.commands:resume", name="resume", help="Go on with an interrupted run.")
+_network = App(name="network", help="Look into a network's file, or make one from a plain topology.")
+_network.command(
+    "gsiirl.experiments.network_commands:check",
+    name="check",
+    help="What a network file holds and lacks, and what a run on it takes.\n\n"
+    "The exit status is 0 when `gsiirl run security --graph FILE` can begin, 1 when something is missing or the run "
+    "would take too much memory, and 2 when the file cannot be read or is refused.",
+)
+_network.command(
+    "gsiirl.experiments.network_commands:build",
+    name="build",
+    help="A game from a plain topology and a table of vulnerabilities, for `gsiirl run security --graph`.",
+)
+app.command(_network)
 app.command(
     "gsiirl.experiments.evaluate:evaluate",
     name="evaluate",
@@ -139,17 +153,18 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _told_in_lines() -> Iterator[None]:
-    """A warning about what is read is one line, once."""
+    """A warning about what is read is one line, once, however often it is read."""
     with warnings.catch_warnings():
-        show = warnings.showwarning
+        show, said = warnings.showwarning, set[str]()
 
-        def tell(message: Warning | str, category: type[Warning], *others: Any) -> None:
-            if issubclass(category, InputWarning):
+        def tell(message: Warning | str, category: type[Warning], *others: Any, **more: Any) -> None:
+            if not issubclass(category, InputWarning):
+                show(message, category, *others, **more)
+            elif str(message) not in said:
+                said.add(str(message))
                 print(f"gsiirl: {message}", file=sys.stderr)
-            else:
-                show(message, category, *others)
 
-        warnings.simplefilter("default", InputWarning)
+        warnings.simplefilter("always", InputWarning)
         warnings.showwarning = tell
         yield
 

@@ -1,5 +1,8 @@
 """The one error a user meets for bad input, and the warnings."""
 
+LONGEST = 400
+"""Characters of each of the three parts of an error that are shown."""
+
 
 class InputError(ValueError):
     """Bad input, said in one line: the field, what is wrong with it, and how to mend it.
@@ -14,6 +17,10 @@ class InputError(ValueError):
         self.field = field
         self.problem = problem
         self.mend = mend
+        # What a file holds may be of any length, a line may not.
+        field, problem, mend = (
+            part if len(part) <= LONGEST else f"{part[:LONGEST]}..." for part in (field, problem, mend)
+        )
         super().__init__(" ".join(f"{field}: {problem}; {mend}".split()))
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
@@ -26,3 +33,7 @@ class InputWarning(UserWarning):
 
 class FitWarning(UserWarning):
     """What was learned may be worse than it looks; the message says what is wrong and what helps."""
+
+
+class NetworkWarning(InputWarning):
+    """A network was read otherwise than its file may seem to say; the message says what was made of it."""

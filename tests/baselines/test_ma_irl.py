@@ -1,4 +1,5 @@
 import dataclasses
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -6,12 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 import pytest
-from problems import tiny_problem
+from problems import tiny_config, tiny_problem
 
 from gsiirl.baselines.ma_irl import MAIRLState
 from gsiirl.baselines.marl import marl
+from gsiirl.experiments.security import run
 from gsiirl.games.rollout import rollout
 from gsiirl.irl.expectations import reward_gradient_expectation
+from gsiirl.learners.commitment_learner import Incumbent
 from gsiirl.types import Sides
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
@@ -24,6 +27,23 @@ def test_marl_is_the_forward_model_at_both_true_rewards():
     returns = problem.truth.returns(solution.policies)
     np.testing.assert_allclose(returns.learner, references["truth_return_learner"], atol=1e-12)
     np.testing.assert_allclose(returns.expert, references["truth_return_expert"], atol=1e-12)
+
+
+def test_the_demonstrations_show_how_marl_plays_the_true_game(monkeypatch):
+    config, problem = tiny_config(algorithm="ma-irl").resolved(), tiny_problem(algorithm="ma-irl")
+    edges, shape = problem.game.number_of_edges, (config.horizon, problem.game.number_of_states)
+    # A pair that can be told from every other: edge 1 is blocked, and edge 3 attacked.
+    blocks, attacks = (jnp.broadcast_to(jnp.eye(edges)[edge], (*shape, edges)) for edge in (1, 3))
+    played = Incumbent(Sides(blocks, attacks), jnp.zeros(()), jnp.asarray(True))
+    monkeypatch.setattr(run, "marl", lambda _, rewards, *others: {id(problem.truth.rewards): played}[id(rewards)])
+    judged: Any = None
+    shown = jax.jit(run._ma_irl(config, problem, judged).init)(jax.random.key(0)).demonstrated
+    steps = np.sum(config.discount ** np.arange(config.horizon))
+    for found, reward, does in (
+        (shown.learner, problem.ma_irl.rewards.learner, np.eye(edges)[1]),
+        (shown.expert, problem.ma_irl.rewards.expert, -np.eye(edges)[3]),
+    ):
+        np.testing.assert_allclose(found[-edges:], reward.scale * steps * does, rtol=1e-12)
 
 
 @pytest.mark.slow

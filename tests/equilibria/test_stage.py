@@ -10,6 +10,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import softmax
 
+from gsiirl.equilibria.stage import newton as newton_module
+from gsiirl.equilibria.stage.branch import turns_within
+from gsiirl.equilibria.stage.equations import ALL
 from gsiirl.equilibria.stage.solve import StageSolution, differentiable_log_policies, solve_stage
 from gsiirl.equilibria.stage.unique import certified_unique
 from gsiirl.games import DensePayoff, MatchingPayoff
@@ -132,6 +135,14 @@ def test_structured_and_dense_solutions_agree_with_the_oracle(shape, seed, tempe
     assert_oracles_solutions(payoffs, np.full(EXAMPLES, temperature))
 
 
+def test_newtons_method_ends_after_its_most_steps_at_the_latest(monkeypatch):
+    monkeypatch.setattr(newton_module, "NEWTON_STEPS", 3)
+    payoff = DensePayoff(jnp.asarray([[1.0, 0.0], [0.0, 0.5]]))
+    one, start = jnp.asarray(1.0), uniform(Sides(payoff, payoff))
+    found = jax.jit(lambda: newton_module.newton(Sides(payoff, payoff), one, start, -one, one > 0, ALL))()
+    assert int(found.steps) == 3
+
+
 def test_a_branch_that_passes_close_by_is_not_taken_for_the_principal_one():
     """Games in which both sides gain by matching and hardly care how, drawn until a branch passed very close by."""
     random = np.random.default_rng(2)
@@ -156,6 +167,19 @@ def test_a_fold_shorter_than_a_step_is_seen():
     assert_oracles_solutions(payoffs, np.array([0.06]))
     assert solve_few(payoffs, np.array([0.06])).branch_folds.tolist() == [True]
     assert solve_few(payoffs, np.array([0.3])).branch_folds.tolist() == [False]
+
+
+def test_turns_inside_a_step_are_those_of_the_cubic_with_its_slopes_and_mean():
+    first, last, mean = np.random.default_rng(0).normal(size=(3, 500))
+    found = jax.jit(jax.vmap(turns_within))(first, last, mean)
+    # The cubic's slope first + b t + c t²: `last` at t = 1, and `mean` on average.
+    c = 3 * (first + last) - 6 * mean
+    t = np.linspace(0, 1, 1001)
+    slopes = np.sign(first) * (first + (last - first - c) * t[:, None] + c * t[:, None] ** 2)
+    least = slopes.min(axis=0)
+    clear = np.abs(least) > 1e-3
+    assert 0.1 < np.mean(found) < 0.5
+    np.testing.assert_array_equal(found[clear], ((slopes[-1] > 0) & (least < 0))[clear])
 
 
 def equilibria_from_many_starts(learner: np.ndarray, expert: np.ndarray, temperature: float, seed: int) -> np.ndarray:

@@ -1,5 +1,6 @@
 import dataclasses
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from gsiirl.experiments.config import (
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.scenarios import AttackNetwork
 from tests import helpers
 
 
@@ -36,7 +38,12 @@ def test_values_replace_defaults():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"seeds": 0}, "seeds: cannot be 0; give a whole number of at least 1"),
+        ({"seeds": 0}, "seeds: cannot be 0; give a whole number of at least 1 and at most 10000"),
+        ({"seeds": 10_001}, "seeds: cannot be 10001; give a whole number of at least 1 and at most 10000"),
+        (
+            {"horizon": "9" * 5000},
+            f"horizon: cannot be {'9' * 40}... (5000 characters); give a whole number of at least 1 and at most 10000",
+        ),
         ({"nodes": 17}, "nodes: cannot be 17; give a whole number of at least 2 and at most 16"),
         ({"discount": 1.5}, "discount: cannot be 1.5; give a number above 0 and at most 1"),
         ({"temperature": float("nan")}, "temperature: cannot be nan; give a number above 0, or unknown"),
@@ -59,7 +66,7 @@ def test_a_bad_value_is_told_in_one_line(values: dict[str, Any], message: str):
 @pytest.mark.parametrize(
     ("kind", "values", "message"),
     [
-        (CrossingConfig, {"hidden": 0}, "hidden: cannot be 0; give a whole number of at least 1"),
+        (CrossingConfig, {"hidden": 0}, "hidden: cannot be 0; give a whole number of at least 1 and at most 4096"),
         (CrossingConfig, {"solver": "logit"}, "solver: cannot be logit; choose pathwise or maddpg"),
         (CrossingConfig, {"variant": "mpe"}, "variant: is no field of the crossing experiment; the fields are "),
         (DeceptionConfig, {"discount": 0}, "discount: cannot be 0; give a number above 0 and at most 1"),
@@ -189,7 +196,7 @@ def test_a_configuration_survives_its_file(experiment: str, config: ExperimentCo
             "experiment in run/config.json: cannot be 'x'; "
             "this version of gsiirl knows security, crossing, deception, game",
         ),
-        ({"seeds": 0}, "seeds in run/config.json: cannot be 0; give a whole number of at least 1"),
+        ({"seeds": 0}, "seeds in run/config.json: cannot be 0; give a whole number of at least 1 and at most 10000"),
     ],
 )
 def test_a_damaged_configuration_is_told(change: dict[str, Any], message: str):
@@ -198,10 +205,67 @@ def test_a_damaged_configuration_is_told(change: dict[str, Any], message: str):
     assert str(raised.value) == message
 
 
+@pytest.mark.parametrize("kind", EXPERIMENTS.values())
+def test_every_whole_number_has_an_upper_bound(kind: type[ExperimentConfig]):
+    whole = {name: schema for name, schema in field_schemas(kind).items() if schema["type"] == "integer"}
+    assert {"seeds", "first_seed", "iterations", "trajectories"} <= set(whole)
+    assert [name for name, schema in whole.items() if "maximum" not in schema] == []
+    # The last seed is a number of 32 bits.
+    assert whole["first_seed"]["maximum"] + whole["seeds"]["maximum"] - 1 < 2**31
+
+
 def test_temperature_follows_the_graph(tmp_path: Path):
-    graph = tmp_path / "graph.json"
-    graph.write_text(json.dumps(helpers.small_network().to_json_dict()))
     assert SecurityConfig().resolved().temperature == 0.4
-    assert SecurityConfig(graph=str(graph)).resolved().temperature == 0.4
     assert SecurityConfig(graph="small-linear").resolved().temperature == 0.05
     assert SecurityConfig(graph="small-linear", temperature=1.0).resolved().temperature == 1.0
+    # Of a file it is 0.4 of the largest value, which is 1.2 here.
+    graph = written(tmp_path, helpers.small_network())
+    assert SecurityConfig(graph=graph).resolved().temperature == 0.4 * 1.2
+    assert SecurityConfig(graph=graph, temperature=0.1).resolved().temperature == 0.1
+    unknown = SecurityConfig(graph=graph, temperature="unknown").resolved()
+    assert unknown.temperature == "unknown"
+    assert unknown.expert_temperature(unknown.network()) == 0.4 * 1.2
+
+
+def written(folder: Path, network: AttackNetwork) -> str:
+    path = folder / f"{network.name}.json"
+    path.write_text(json.dumps(network.to_json_dict()))
+    return str(path)
+
+
+@pytest.mark.parametrize("algorithm", ["gsiirl", "paper", "ma-irl", "marl"])
+def test_a_file_whose_largest_value_is_1_is_run_as_ever(algorithm: str):
+    office = str(Path(__file__).parents[2] / "examples" / "office.json")
+    full: Any = load_config(SecurityConfig, {"graph": office, "algorithm": algorithm}).resolved()
+    assert (full.temperature, full.reward_bound, full.smoothness) == (0.4, 1.2, 60.0)
+
+
+def test_settings_in_reward_units_follow_a_network_s_scale_and_no_others_do(tmp_path: Path):
+    network = helpers.small_network()
+    euros = replace(
+        network,
+        name="euros",
+        **{name: 1e5 * getattr(network, name) for name in ("value", "criticality", "attack_cost", "block_cost")},
+    )
+    one, other = (
+        dataclasses.asdict(SecurityConfig(graph=written(tmp_path, each)).resolved()) for each in (network, euros)
+    )
+    assert {name for name in one if one[name] != other[name]} == {"graph", "temperature", "reward_bound"}
+    for name in ("temperature", "reward_bound"):
+        assert other[name] == pytest.approx(1e5 * one[name], rel=1e-15)
+
+
+def test_the_bound_covers_values_losses_and_costs(tmp_path: Path):
+    network = helpers.small_network()
+    for name, largest in (("value", -7.0), ("criticality", 8.0), ("attack_cost", 9.0)):
+        changed = getattr(network, name).copy()
+        changed[1] = largest
+        graph = written(tmp_path, replace(network, **{name: changed}))
+        assert SecurityConfig(graph=graph).resolved().reward_bound == abs(largest)
+
+
+def test_a_scenario_in_nasims_format_is_run_as_one_of_nasims_own():
+    clinic = str(Path(__file__).parents[1] / "data" / "nasim" / "clinic.yaml")
+    names = ("temperature", "reward_bound", "smoothness")
+    full, own = (SecurityConfig(graph=graph).resolved() for graph in (clinic, "small"))
+    assert [getattr(full, name) for name in names] == [getattr(own, name) for name in names] == [0.05, 1.0, 1.5]

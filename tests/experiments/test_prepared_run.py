@@ -1,5 +1,7 @@
 """The runner with an experiment that is no game: whatever keeps to `PreparedRun` is run, cut and gone on with."""
 
+import errno
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +15,7 @@ from gsiirl.errors import InputError
 from gsiirl.experiments import runner
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
-from gsiirl.runs import RunFolder
+from gsiirl.runs import RunFolder, lock, locked
 
 CONFIG = CrossingConfig(seeds=3, first_seed=4, iterations=7)
 
@@ -145,10 +147,11 @@ def test_a_checkpoint_of_another_shape_is_refused(finished, monkeypatch):
     folder = RunFolder.open(finished)
     checkpoint = folder.load_checkpoint()
     assert checkpoint is not None
-    arrays = {name: array[:2] for name, array in checkpoint.arrays.items()}
-    folder.save_checkpoint(arrays, checkpoint.iteration, checkpoint.chunks)
-    with pytest.raises(InputError, match=r"checkpoint: holds .* of shape"):
-        runner.resume(finished)
+    for change in (lambda array: array[:2], lambda array: array.astype("float64")):
+        arrays = {name: change(array) for name, array in checkpoint.arrays.items()}
+        folder.save_checkpoint(arrays, checkpoint.iteration, checkpoint.chunks)
+        with pytest.raises(InputError, match=r"checkpoint: holds .* as .* of shape"):
+            runner.resume(finished)
     folder.save_checkpoint({}, checkpoint.iteration, checkpoint.chunks)
     with pytest.raises(InputError, match="checkpoint: holds no "):
         runner.resume(finished)
@@ -166,3 +169,95 @@ def test_the_experiment_chooses_the_precision(finished, monkeypatch, tmp_path):
         runner.run(CONFIG, tmp_path / "single")
     assert not (tmp_path / "single").exists()
     assert precisions == [False]
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_a_game_that_cannot_be_solved_stops_the_run_before_it_has_a_folder(
+    wrong: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def prepare(config: CrossingConfig, saved_game: Path | None) -> PreparedRun:
+        prepared = walk(config, saved_game)
+        return replace(prepared, references=lambda: {"constant": jnp.asarray(1.0), "truth": jnp.asarray(wrong)})
+
+    monkeypatch.setattr(runner, "_prepare", prepare)
+    with pytest.raises(InputError, match=f"crossing: the game cannot be solved: truth is {wrong}; give a temperature"):
+        runner.run(CONFIG, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def full(*_: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("method", ["append_metrics", "save_checkpoint", "save_policies", "write_summary"])
+def test_a_disk_that_fills_up_is_told_and_the_run_goes_on_when_there_is_room(
+    finished, tmp_path, monkeypatch, method: str
+):
+    with monkeypatch.context() as disk:
+        disk.setattr(RunFolder, method, full)
+        with pytest.raises(InputError) as error:
+            runner.run(CONFIG, tmp_path / "cut")
+    cut = tmp_path / "cut"
+    problem = f"{cut}: {cut} cannot be written (No space left on device); make room or allow it"
+    assert str(error.value) == f"{problem}, then go on with `gsiirl resume {cut}`"
+    runner.resume(cut)
+    assert bytes_of(cut) == bytes_of(finished)
+
+
+def test_two_processes_do_not_work_in_one_folder(finished, tmp_path, monkeypatch):
+    monkeypatch.setattr(lock, "PATIENCE", 0.05)
+    before = bytes_of(finished)
+    with locked(finished, "--out"):
+        # One that is finished has nothing to be kept from.
+        runner.resume(finished)
+        assert (finished / lock.LOCK).exists()
+        (finished / "summary.json").unlink()
+        with pytest.raises(InputError, match="is in use by another process"):
+            runner.resume(finished)
+    runner.resume(finished)
+    assert bytes_of(finished) == before
+    (finished / lock.LOCK).touch()
+    runner.resume(finished)
+    assert bytes_of(finished) == before
+    with locked(tmp_path / "new", "--out"), pytest.raises(InputError, match="is in use by another process"):
+        runner.run(CONFIG, tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(("iteration", "chunks"), [(6, 1), (3, 2), (9, 3), (99, 2)])
+def test_a_checkpoint_that_the_metrics_do_not_reach_is_refused(finished, iteration: int, chunks: int):
+    (finished / "summary.json").unlink()
+    folder = RunFolder.open(finished)
+    checkpoint = folder.load_checkpoint()
+    assert checkpoint is not None
+    folder.save_checkpoint(checkpoint.arrays, iteration, chunks)
+    with pytest.raises(InputError, match=r"does not hold|is of iteration"):
+        runner.resume(finished)
+
+
+def test_a_missing_chunk_before_a_checkpoint_is_told_before_the_run_goes_on(finished):
+    (finished / "summary.json").unlink()
+    (finished / "metrics" / "chunk-00001.parquet").unlink()
+    with pytest.raises(InputError, match=r"chunk-00001.parquet: is missing"):
+        runner.resume(finished)
+
+
+def test_a_folder_that_cannot_be_used_is_told_before_anything_is_prepared(finished, monkeypatch, tmp_path):
+    monkeypatch.setattr(runner, "_prepare", full)
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="holds other files"):
+        runner.run(CONFIG, tmp_path / "notes")
+    with pytest.raises(InputError, match="holds another run"):
+        runner.run(replace(CONFIG, seeds=2), finished)
+
+
+def test_more_seeds_than_the_memory_holds_are_refused_before_there_is_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    # A walk's state is a key and a position, 12 bytes a seed, and four copies of them.
+    monkeypatch.setattr(runner, "available_memory", lambda: 300)
+    with pytest.raises(InputError, match=r"--seeds: 4 take 0\.0 GB of memory, .*; use at most 3$"):
+        runner.run(replace(CONFIG, seeds=4), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+    runner.run(replace(CONFIG, seeds=3), tmp_path / "run")

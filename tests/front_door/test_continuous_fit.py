@@ -3,6 +3,7 @@
 import ast
 import dataclasses
 import inspect
+import operator
 import warnings
 from dataclasses import MISSING, fields
 from typing import Any
@@ -25,6 +26,7 @@ from small_continuous_games import (
 from small_games import counted_compilations
 
 from gsiirl import GSIIRL, FitWarning, InputError
+from gsiirl.equilibria.pathwise import Pathwise, policies_of
 from gsiirl.experiments.continuous.config import ContinuousConfig
 from gsiirl.front_door import continuous_fit as fit_module
 from gsiirl.front_door.continuous_fit import ContinuousGSIIRL, checked
@@ -252,6 +254,22 @@ def test_the_rates_fall_over_all_steps_and_as_many_episodes_are_compared_as_ther
     # Adam's step along a gradient that stays is its rate: 0.01 at first, and a tenth after 10 iterations of 2 steps.
     assert sizes[0] == pytest.approx(0.01, rel=1e-3)
     assert sizes[20:] == pytest.approx([0.001] * 5, rel=1e-3)
+
+
+def test_what_settling_comes_to_is_handed_back_where_there_are_steps_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    key, rewards = jax.random.key(0), Sides(PROBLEM.own_reward, cat_reward)
+    other, asked = unlearned(1), []
+    found = Sides(other.policy, other.expert_policy)
+    monkeypatch.setattr(Pathwise, "settle", lambda _, *arguments: asked.append(arguments) or found)
+    with single_precision():
+        solution = line_learner().solver(1, 0.1).init(key)
+    before = jax.tree.leaves(policies_of(solution))
+    assert all(map(operator.is_, jax.tree.leaves(line_learner().settled(solution, rewards, key)), before))
+    assert not asked
+    assert line_learner(settling_steps=3).settled(solution, rewards, key) is found
+    [(policies, under, _, steps)] = asked
+    assert all(map(operator.is_, jax.tree.leaves(policies), before))
+    assert (under, steps) == (rewards, 3)
 
 
 @pytest.mark.parametrize(

@@ -257,6 +257,10 @@ def test_units_of_reward_do_not_matter(learned: Result) -> None:
     np.testing.assert_allclose(result.policy, learned.policy, atol=1e-6)
     np.testing.assert_allclose(result.expert_policy, learned.expert_policy, atol=1e-6)
     np.testing.assert_allclose(result.expert_reward.weights, 20 * learned.expert_reward.weights, rtol=1e-6, atol=1e-6)
+    lost, before = result.history["played_loss"].to_numpy(), learned.history["played_loss"].to_numpy()
+    assert np.isfinite(lost).all()
+    assert lost.any()
+    np.testing.assert_allclose(lost, 20 * before, rtol=1e-5, atol=1e-9)
 
 
 @pytest.mark.slow

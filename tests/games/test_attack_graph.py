@@ -3,8 +3,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from gsiirl.errors import InputError
+from gsiirl.games import attack_graph
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.games.rollout import rollout
+from gsiirl.scenarios.network import AttackNetwork
 from gsiirl.types import Sides
 from tests import helpers, oracles
 
@@ -36,6 +39,46 @@ def test_only_states_that_can_be_reached_are_kept():
     uniform = np.full((5, 16, 6), 1 / 6)
     reached = oracles.occupancy(dense.transition, dense.initial, uniform, uniform).sum(axis=(0, 2, 3)) > 0
     assert game.masks.tolist() == np.flatnonzero(reached).tolist()
+
+
+def test_a_chain_of_a_hundred_hosts_is_a_game_of_as_many_states_and_one():
+    hosts = 100
+    network = AttackNetwork(
+        name="chain",
+        node_names=tuple(f"h{host}" for host in range(hosts)),
+        value=np.ones(hosts),
+        criticality=np.ones(hosts),
+        edge_source=np.arange(-1, hosts - 1),
+        edge_target=np.arange(hosts),
+        success_probability=np.full(hosts, 0.5),
+        attack_cost=np.zeros(hosts),
+        block_cost=np.ones(hosts),
+    )
+    game = AttackGraph.create(network)
+    states = np.arange(hosts)
+    # With n hosts fallen only the next one can be attacked, and then n + 1 have fallen.
+    np.testing.assert_array_equal(game.success, 0.5 * np.eye(hosts + 1, hosts))
+    np.testing.assert_array_equal(np.asarray(game.successors)[states, states], states + 1)
+    np.testing.assert_array_equal(np.asarray(game.predecessors)[states + 1, states], states)
+    np.testing.assert_array_equal(game.initial, np.eye(hosts + 1)[0])
+
+
+def test_a_game_that_no_memory_holds_is_refused_and_not_begun(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(attack_graph, "MOST_ATTACKS", 4000)
+    hosts = 40
+    star = AttackNetwork(
+        name="star",
+        node_names=tuple(f"h{host}" for host in range(hosts)),
+        value=np.ones(hosts),
+        criticality=np.ones(hosts),
+        edge_source=np.full(hosts, -1),
+        edge_target=np.arange(hosts),
+        success_probability=np.full(hosts, 0.5),
+        attack_cost=np.zeros(hosts),
+        block_cost=np.ones(hosts),
+    )
+    with pytest.raises(InputError, match="network: its game has more than 100 states; use a smaller one"):
+        AttackGraph.create(star)
 
 
 def test_sampled_frequencies_are_the_occupancies():

@@ -3,6 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from gsiirl.games import Crossing, CrossingState
+from gsiirl.games.rollout import play
 from gsiirl.types import Sides
 
 
@@ -32,3 +33,11 @@ def test_both_sides_see_both_positions_their_own_first():
     seen = Crossing().observe(state)
     np.testing.assert_allclose(seen.learner, [0.1, 0.2, -0.3, 0.4])
     np.testing.assert_allclose(seen.expert, [-0.3, 0.4, 0.1, 0.2])
+
+
+def test_a_policy_is_told_what_share_of_the_episode_is_over():
+    nothing = jnp.zeros(2, jnp.float32)
+    policies = Sides(lambda seen, time: nothing + time, lambda seen, time: nothing)
+    told = play(Crossing(horizon=4), policies, CrossingState(Sides(nothing, nothing)))
+    np.testing.assert_array_equal(told.actions.learner[:, 0], [0.0, 0.25, 0.5, 0.75])
+    np.testing.assert_allclose(told.following.positions.learner[:, 0], [0.0, 0.025, 0.075, 0.15], atol=1e-7)

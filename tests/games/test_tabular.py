@@ -67,6 +67,11 @@ def test_games_of_one_shape_have_arrays_of_one_shape() -> None:
     assert [leaf.shape for leaf in jax.tree.leaves(games[0])] == [leaf.shape for leaf in jax.tree.leaves(games[1])]
 
 
+def test_the_size_of_the_policies_counts_both_sides() -> None:
+    game = TabularGame.from_arrays(dense(), initial=START, horizon=2)
+    assert game.policy_size == sum(np.zeros((2, STATES, actions)).size for actions in (LEARNER, EXPERT))
+
+
 def test_rounding_in_probabilities_is_mended() -> None:
     game = TabularGame.from_arrays(dense().astype(np.float32), initial=START.astype(np.float32), horizon=2)
     np.testing.assert_allclose(np.sum(game.probabilities, axis=-1), 1.0, atol=1e-15)

@@ -41,6 +41,14 @@ def test_exact_weights_are_recovered_from_the_values_along_trajectories():
     np.testing.assert_allclose(seen.solve(1e-10), true, atol=1e-9)
 
 
+def test_the_weights_of_a_bounded_fit_stay_in_the_unit_ball():
+    far, near = (
+        LeastSquares(jnp.diag(jnp.array([2.0, 2.0])), jnp.array(moment)) for moment in ([6.0, 8.0], [0.6, 0.8])
+    )
+    np.testing.assert_allclose(far.solve(0.0), [0.6, 0.8], rtol=1e-12)
+    np.testing.assert_allclose(near.solve(0.0), [0.3, 0.4], rtol=1e-12)
+
+
 def test_what_was_never_seen_keeps_no_weight():
     network, game, _ = helpers.small_attack_graph()
     reward = Linear(rewards.commitment_features(game), 4.0)

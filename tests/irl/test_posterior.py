@@ -1,13 +1,12 @@
 """The posterior: its maximum, the prior that the evidence chooses, draws, and the way without matrices."""
 
-from typing import Any
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from commitment_oracle import Batch, Floats, response
+from jaxtyping import Array
 from small_games import HORIZON, JOINT, TERMINAL, finite_game, tabular
 
 from gsiirl.games import TabularGame
@@ -19,6 +18,7 @@ from gsiirl.rewards.linear import IndicatorFeatures, TabularFeatures
 
 GAME = finite_game(3, temperature=0.5)
 KEY = jax.random.key(0)
+CHAINS = 1000
 
 
 def inference_of(model: ConditionalLikelihood, deviation: float | None, tolerance: float = 1e-3) -> Inference:
@@ -48,8 +48,13 @@ def memory() -> Memory[Seen]:
     return kept
 
 
+@eqx.filter_jit
+def fit(inference: Inference, before: Posterior, memory: Memory[Seen]) -> Posterior:
+    return inference.fit(before, memory, KEY)
+
+
 def fitted(inference: Inference, memory: Memory[Seen]) -> Posterior:
-    return eqx.filter_jit(inference.fit)(inference.start(jnp.dtype(float)), memory, KEY)
+    return fit(inference, inference.start(jnp.dtype(float)), memory)
 
 
 def one_shot(counts: Floats, deviation: float) -> tuple[Inference, Memory[Seen]]:
@@ -96,6 +101,25 @@ def test_the_estimate_is_the_maximum_and_the_prior_is_the_evidences(memory: Memo
     determined = 18 - alpha * np.trace(np.linalg.inv(precision))
     assert 0 < determined < 18
     np.testing.assert_allclose(alpha, (determined + 0.5) / (theta @ theta + 0.5 * 3.0**2), rtol=0.02)
+
+
+def test_a_fit_comes_back_from_where_a_whole_step_leads_too_far() -> None:
+    inference, memory = one_shot(np.array([40.0, 60.0]), 3.0)
+    far = eqx.tree_at(lambda at: at.mean, inference.start(jnp.dtype(float)), jnp.array([30.0]))
+    found, wanted = fit(inference, far, memory), fitted(inference, memory)
+    assert bool(found.converged)
+    np.testing.assert_allclose(found.mean, wanted.mean, atol=1e-3)
+
+
+def test_a_costly_fisher_information_is_computed_anew_at_times() -> None:
+    held, steps = np.array([1, 8, 9, 15, 16]), np.arange(-1, 17)
+    every_pair = jax.vmap(jax.vmap(posterior_module.counted_anew, (None, 0)), (0, None))
+    expected = np.zeros((5, 18))
+    # At first of all interactions up to the eighth, and then with every eighth; else of the newest alone.
+    expected[:, 0] = [1, 8, 1, 1, 16]
+    # And in every eighth step of all.
+    expected[:, [8, 16]] = held[:, None]
+    np.testing.assert_array_equal(every_pair(jnp.asarray(held), jnp.asarray(steps)), expected)
 
 
 def test_an_old_fisher_information_leads_to_the_same_estimate(
@@ -178,19 +202,26 @@ def test_weighted_draws_are_of_the_posterior_itself(counts: list[float], deviati
     assert abs(np.sqrt(weights @ (values - mean) ** 2) - spread) <= 10 * error
 
 
-@pytest.mark.slow
+@eqx.filter_jit
+def chains(inference: Inference, memory: Memory[Seen], rounds: Array) -> Array:
+    """Where Hamiltonian Monte Carlo ends, from the estimate."""
+    return inference.hamiltonian(
+        inference.fit(inference.start(jnp.dtype(float)), memory, KEY), memory, CHAINS, rounds, KEY
+    )
+
+
 @pytest.mark.parametrize(("counts", "deviation"), [([0.0, 3.0], 3.0), ([40.0, 60.0], 3.0)])
 def test_hamiltonian_draws_are_of_the_posterior_itself(counts: list[float], deviation: float) -> None:
     inference, memory = one_shot(np.array(counts), deviation)
-    number = 4000
-    values = eqx.filter_jit(inference.hamiltonian)(fitted(inference, memory), memory, number, jnp.asarray(60), KEY)
     mean, spread = exact_moments(np.array(counts), deviation)
-    assert abs(float(jnp.mean(values)) - mean) <= 5 * spread / np.sqrt(number)
-    assert abs(float(jnp.std(values)) - spread) <= 5 * spread / np.sqrt(number)
+    # Few steps are enough: where the integration is off, most are refused, and a chain stays near its beginning.
+    for rounds in (6, 60):
+        values = chains(inference, memory, jnp.asarray(rounds))
+        assert abs(float(jnp.mean(values)) - mean) <= 5 * spread / np.sqrt(CHAINS)
+        assert abs(float(jnp.std(values)) - spread) <= 5 * spread / np.sqrt(CHAINS)
 
 
 def test_no_rounds_leave_the_chains_at_the_estimate() -> None:
     inference, memory = one_shot(np.array([1.0, 3.0]), 3.0)
-    found = fitted(inference, memory)
-    values: Any = eqx.filter_jit(inference.hamiltonian)(found, memory, 5, jnp.asarray(0), KEY)
-    np.testing.assert_allclose(values, np.broadcast_to(found.mean, (5, 1)))
+    values = chains(inference, memory, jnp.asarray(0))
+    np.testing.assert_allclose(values, np.broadcast_to(fitted(inference, memory).mean, (CHAINS, 1)))

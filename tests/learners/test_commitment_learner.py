@@ -6,12 +6,18 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from commitment_oracle import Batch, Floats, response
-from small_games import HORIZON, JOINT, expected_counts, finite_game, problem_of
+from small_games import HORIZON, JOINT, expected_counts, finite_game, problem_of, tabular
 
 from gsiirl import GSIIRL
+from gsiirl.irl.dependent_reward import DependentFit
+from gsiirl.irl.posterior import Draws, Inference
+from gsiirl.learners.commitment_learner import Feedback
+from gsiirl.limits import remembered
 
 GAME = finite_game()
+KEY = jax.random.key(0)
 
 
 def nats(policy: Floats, weights: Floats, others: Floats) -> float:
@@ -29,7 +35,7 @@ def test_what_is_played_to_learn_tells_the_draw_from_the_estimate_best() -> None
     estimate, draw = random.normal(size=(2, GAME.expert.size))
     policies = Batch(GAME).tidy(random.gamma(0.5, size=(3, HORIZON, *JOINT[:2])) + 1e-6)
     chosen = eqx.filter_jit(lambda *given: learner.commitment.policy(learner._telling(*given)))(
-        jnp.log(policies), jnp.asarray([estimate, draw]), jax.random.key(0)
+        jnp.log(policies), jnp.asarray([estimate, draw]), KEY
     )
     told = nats(np.asarray(chosen), draw, estimate)
     pure = Batch(GAME).tidy(np.broadcast_to(np.eye(JOINT[1])[:, None, None], (JOINT[1], HORIZON, *JOINT[:2])) + 1e-13)
@@ -38,3 +44,38 @@ def test_what_is_played_to_learn_tells_the_draw_from_the_estimate_best() -> None
 
 def test_the_first_half_of_the_iterations_is_for_learning_alone() -> None:
     assert GSIIRL(problem_of(GAME)).learner(9).informative_rounds == 4
+
+
+def test_f_is_of_the_true_values_of_r_ld_or_of_what_was_read_of_them() -> None:
+    count = np.arange(GAME.dependent.size).reshape(JOINT) % 3
+    read = DependentFit(jnp.asarray(1.0 * count.ravel()), jnp.asarray((count * GAME.dependent).ravel()))
+    own = GAME.own[..., None]
+    unit = np.abs(GAME.dependent + own).max()
+    seen: dict[Feedback, np.ndarray] = {"model": GAME.dependent, "visited": np.where(count > 0, GAME.dependent, 0.0)}
+    for feedback, values in seen.items():
+        learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME), feedback=feedback).learner(4))
+        table = learner.commitment_of(read).learner_reward.dense()
+        np.testing.assert_allclose(table, (values + own) / unit, atol=1e-9)
+
+
+def test_as_many_interactions_are_remembered_as_there_is_room_for() -> None:
+    # With 3 states, 2 actions of the one side and 3 of the other a policy of 2^14 steps takes 15 * 2^14 numbers.
+    for horizon, iterations, expected in ((3, 50, 50), (2**14, 50, 50), (2**14, 100, 68), (2**20, 50, 8), (3, 0, 1)):
+        assert remembered(tabular(GAME, horizon=horizon).policy_size, iterations) == expected
+
+
+@pytest.mark.parametrize(("effective", "sampled"), [(4.7, True), (4.9, False)])
+def test_below_a_tenth_of_effective_draws_chains_take_their_place(
+    effective: float, sampled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME)).learner(4))
+    drawn, chains = jnp.zeros((48, 18)), jnp.ones((48, 18))
+    weights, rounds = jnp.arange(48.0) / 1128, []
+    monkeypatch.setattr(Inference, "draws", lambda *_: Draws(drawn, weights, jnp.asarray(effective)))
+    monkeypatch.setattr(Inference, "hamiltonian", lambda *given: rounds.append(int(given[4])) or chains)
+    # Of the state nothing else is looked at.
+    state = eqx.tree_at(lambda at: at.lower, eqx.filter_eval_shape(learner.init, KEY), learner.lower.init(4))
+    believed, told = learner._believed(state, KEY, KEY)
+    assert (bool(told), rounds) == (sampled, [60 if sampled else 0])
+    np.testing.assert_array_equal(believed.values, chains if sampled else drawn)
+    np.testing.assert_allclose(believed.weights, np.full(48, 1 / 48) if sampled else weights)

@@ -72,13 +72,15 @@ def test_a_length_has_a_derivative_at_zero():
     np.testing.assert_allclose(jax.grad(length)(jnp.array([3.0, 4.0])), [0.6, 0.8], rtol=1e-6)
 
 
-def test_a_network_reward_is_smooth_and_its_gradient_that_of_finite_differences():
+def test_a_network_reward_is_its_formula_and_its_gradient_that_of_finite_differences():
     reward = NetworkReward(features=crossing.RobotFeatures(), scale=2.0, hidden=3)
     seen = crossing_step()
     theta = reward.initial_parameters(jax.random.key(1))
     assert theta.shape == (reward.number_of_parameters,) == (3 * 4 + 3 + 3,)
-    gradient = np.asarray(jax.grad(reward)(theta, seen))
-    for index in range(theta.shape[0]):
-        step = jnp.zeros_like(theta).at[index].set(1e-2)
-        differences = float(reward(theta + step, seen) - reward(theta - step, seen)) / 2e-2
-        assert gradient[index] == pytest.approx(differences, rel=2e-2, abs=2e-3)
+    own, features = 10.0 * np.asarray(theta, float), np.asarray(reward.features(seen), float)
+    hidden = np.tanh(own[:12].reshape(3, 4) @ features + own[12:15])
+    value, gradient = jax.jit(jax.value_and_grad(reward))(theta, seen)
+    assert float(value) == pytest.approx(2.0 * own[15:] @ hidden, rel=1e-4)
+    points = jnp.asarray(np.asarray(theta) + 1e-2 * np.concatenate([np.eye(18), -np.eye(18)]), jnp.float32)
+    values = jax.jit(jax.vmap(reward, (0, None)))(points, seen)
+    np.testing.assert_allclose(gradient, (values[:18] - values[18:]) / 2e-2, rtol=2e-2, atol=2e-3)

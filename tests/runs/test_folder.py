@@ -1,6 +1,9 @@
 """A run folder can be made, opened and refused."""
 
+import errno
 import json
+import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +11,7 @@ from resealing import rewrite
 
 from gsiirl.errors import InputError
 from gsiirl.runs import Environment, RunFolder, Statistics, Summary
+from gsiirl.runs.files.json_file import write_json
 
 CONFIG = {"format_version": 1, "experiment": "security", "algorithm": "gsiirl", "seeds": 3, "temperature": 0.1 + 0.2}
 GAME = {"format_version": 1, "kind": "attack_graph", "name": "tiny", "variant": "general_sum", "horizon": 10}
@@ -169,3 +173,117 @@ def test_nan_in_a_summary_is_an_error_and_keeps_the_old_one(tmp_path: Path) -> N
     with pytest.raises(ValueError, match=r"summary.json: final.nash_gap.mean is inf"):
         run.write_summary(summary_of(float("inf")))
     assert run.summary() == summary_of(1.0)
+
+
+LEFT = ["game.json", "game.json.aside", "config.json.aside", ".lock"]
+
+
+def test_what_a_run_left_before_it_had_begun_is_cleared(tmp_path: Path) -> None:
+    for left in (LEFT[:1], LEFT[1:2], LEFT[:3], LEFT[3:], LEFT):
+        for name in left:
+            write_json(tmp_path / name, {**GAME, "name": "other"})
+        assert RunFolder.is_free(tmp_path)
+        run = RunFolder.create(tmp_path, CONFIG, GAME)
+        assert {path.name for path in tmp_path.iterdir()} - {".lock"} == {"config.json", "game.json"}
+        assert RunFolder.open(tmp_path) == run
+        for path in tmp_path.iterdir():
+            path.unlink()
+
+
+@pytest.mark.parametrize("others", [{"notes.txt": "mine"}, {"game.json": "{}"}, {"game.json": "no JSON"}])
+def test_what_may_be_a_users_is_left_alone(tmp_path: Path, others: dict[str, str]) -> None:
+    for name in LEFT:
+        write_json(tmp_path / name, GAME)
+    for name, text in others.items():
+        (tmp_path / name).write_text(text)
+    before = content_of(tmp_path)
+    with pytest.raises(InputError, match="holds other files; use a new or empty folder"):
+        RunFolder.create(tmp_path, CONFIG, GAME)
+    assert content_of(tmp_path) == before
+
+
+@pytest.mark.parametrize("written", [0, 1])
+@pytest.mark.parametrize("there", [False, True])
+def test_a_disk_that_is_full_at_first_leaves_nothing_and_the_same_run_begins_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: int, there: bool
+) -> None:
+    folder, calls = tmp_path / "run", list[int]()
+    if there:
+        folder.mkdir()
+
+    def full(descriptor: int) -> None:
+        calls.append(descriptor)
+        if len(calls) > written:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as disk:
+        disk.setattr(os, "fsync", full)
+        with pytest.raises(InputError) as error:
+            RunFolder.create(folder, CONFIG, GAME)
+    assert one_line(error) == f"--out: {folder} cannot be written (No space left on device); use another folder"
+    assert folder.exists() == there
+    assert content_of(tmp_path) == {}
+    RunFolder.create(folder, CONFIG, GAME)
+
+
+def test_names_that_no_file_system_takes_are_told(tmp_path: Path) -> None:
+    path = tmp_path / ("x" * 300)
+    with pytest.raises(InputError, match=r"cannot be read \(File name too long\); give the --out folder of a run"):
+        RunFolder.open(path)
+    with pytest.raises(InputError, match=r"^--out: .* cannot be read \(File name too long\); use another folder"):
+        RunFolder.create(path, CONFIG, GAME)
+
+
+SOUND = Summary("security", "gsiirl", [3, 4, 5], [4], 2, True, {"nash_gap": Statistics(1.5, 0.7, [1.0, 2.0])})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('"completed"', '"ended"', "completed: Field required"),
+        ('"completed": true', '"completed": 1', "completed: Input should be a valid boolean"),
+        ('"iterations": 2', '"iterations": 2.5', "iterations: Input should be a valid integer"),
+        ('"iterations": 2', '"iterations": -2', "iterations cannot be -2"),
+        ('"iterations": 2', '"iterations": "2"', "iterations: Input should be a valid integer"),
+        ('"mean": 1.5', '"mean": null', "final.nash_gap.mean: Input should be a valid number"),
+        ('"mean": 1.5', '"mean": 1e999', "final.nash_gap.mean is no number of a sensible size"),
+        ('"mean": 1.5', '"mean": NaN', "no valid JSON"),
+        ("1.0,", "", "final.nash_gap holds 1 values of 2 seeds"),
+        ('"security"', '"crossing"', "it is of another run"),
+        ("3,", "9,", "seeds are not in ascending order"),
+        ("3,", "4,", "seeds are not in ascending order"),
+        ("5\n", "9999999999999999999\n", "seeds are not in ascending order"),
+        ('"files": []', '"files": ["learned.json"]', "learned.json: is missing"),
+        ('"files": []', '"files": ["../../secret"]', "secret: is missing"),
+    ],
+)
+def test_a_summary_that_cannot_be_is_named(tmp_path: Path, old: str, new: str, problem: str) -> None:
+    run = RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    run.write_summary(SOUND)
+    assert run.summary() == SOUND
+    rewrite(run.path / "summary.json", old, new)
+    with pytest.raises(InputError) as error:
+        run.summary()
+    assert problem in one_line(error)
+
+
+def test_a_seed_that_fails_must_be_one(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="failed_seeds names a seed that is none"):
+        replace(SOUND, failed_seeds=[7])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('"wall_seconds": 1.5', '"wall_seconds": "long"', "wall_seconds: Input should be a valid number"),
+        ('"wall_seconds": 1.5', '"wall_seconds": -1', "wall_seconds is below 0"),
+        ('"wall_seconds": 1.5', '"wall_seconds": 1e200', "wall_seconds is no number of a sensible size"),
+        ('"packages": {}', '"packages": []', "packages: Input should be an object"),
+    ],
+)
+def test_an_environment_that_cannot_be_is_named(tmp_path: Path, old: str, new: str, problem: str) -> None:
+    run = RunFolder.create(tmp_path / "run", CONFIG, GAME)
+    run.write_environment(Environment(wall_seconds=1.5))
+    rewrite(run.path / "environment.json", old, new)
+    with pytest.raises(InputError, match=problem):
+        run.environment()

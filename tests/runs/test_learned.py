@@ -7,7 +7,7 @@ import pytest
 from resealing import rewrite
 
 from gsiirl.errors import InputError
-from gsiirl.runs import RunFolder
+from gsiirl.runs import RunFolder, Summary
 
 ARRAYS = {"expert_reward": np.array([[0.5, 0.1], [0.4, 0.2]]), "commitment": np.array([[0.3], [0.2]])}
 SCALES = {"expert_reward": 4.0, "commitment": 1.0}
@@ -68,3 +68,42 @@ def test_sample_paths_come_back(run: RunFolder) -> None:
     paths = run.paths()
     assert paths is not None
     assert {name: paths[name].to_list() for name in paths.columns} == {name: [0, 1, 2, 3] for name in columns}
+
+
+def summary_of(seeds: list[int], failed: list[int]) -> Summary:
+    return Summary("security", "gsiirl", seeds, failed, 0, completed=True, final={})
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e101])
+def test_only_a_seed_that_failed_may_have_learned_what_is_no_number(run: RunFolder, value: float) -> None:
+    broken = {**ARRAYS, "commitment": np.array([[0.3], [value]])}
+    run.save_learned(broken, SCALES, NAMES, seeds=[3, 5])
+    run.save_policies(broken)
+    run.write_summary(summary_of([3, 5], [5]))
+    assert run.load_learned() is not None
+    assert run.load_policies() is not None
+    run.write_summary(summary_of([3, 5], []))
+    for read in (run.load_learned, run.load_policies):
+        with pytest.raises(InputError, match=r"safetensors: is damaged: commitment holds what is no number"):
+            read()
+
+
+def test_what_was_learned_by_other_seeds_is_damage(run: RunFolder) -> None:
+    run.save_learned(ARRAYS, SCALES, NAMES, seeds=[3, 5])
+    run.save_policies({"learner": np.zeros((3, 2)), "expert": np.array(0.0)})
+    run.write_summary(summary_of([3, 4], []))
+    with pytest.raises(InputError, match=r"learned.json: is damaged: it is not of the seeds of summary.json"):
+        run.load_learned()
+    with pytest.raises(InputError, match=r"policies.safetensors: is damaged: it is not of all seeds"):
+        run.load_policies()
+
+
+@pytest.mark.parametrize("seed", [[0.0, 0.0], [7, 7]])
+def test_sample_paths_of_other_seeds_are_damage(run: RunFolder, seed: list[float]) -> None:
+    run.write_summary(summary_of([0], []))
+    index = {"trajectory": np.array([0, 0]), "step": np.array([0, 1])}
+    run.save_paths({"seed": np.array(seed), **index, "x": np.array([0.0, np.nan])})
+    with pytest.raises(
+        InputError, match=r"paths.parquet: is damaged: it (is not of the seeds|holds what is no number)"
+    ):
+        run.paths()

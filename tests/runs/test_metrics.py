@@ -7,7 +7,7 @@ import polars
 import pytest
 
 from gsiirl.errors import InputError
-from gsiirl.runs import RunFolder
+from gsiirl.runs import RunFolder, summarise
 
 
 @pytest.fixture
@@ -99,4 +99,39 @@ def test_chunks_with_different_columns_are_damaged(run: RunFolder) -> None:
     run.append_metrics(0, chunk(range(0, 3)))
     run.append_metrics(1, {**chunk(range(3, 5)), "feature_gap": np.zeros(4)})
     with pytest.raises(InputError, match="columns are not those of the other chunks"):
+        run.metrics()
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [(0, 0), (0, 1), (1, 0)],
+        [(0, 0), (0, 1), (1, 0), (1, 2)],
+        [(0, 0), (0, 0), (1, 0), (1, 1)],
+        [(0, 1), (0, 2), (1, 1), (1, 2)],
+    ],
+)
+def test_a_lacking_iteration_of_a_seed_is_damage(run: RunFolder, rows: list[tuple[int, int]]) -> None:
+    seed, iteration = np.array(rows).T
+    run.append_metrics(0, {"seed": seed, "iteration": iteration})
+    with pytest.raises(InputError, match="lacks an iteration of a seed, or has one twice"):
+        run.metrics()
+
+
+def test_copies_of_chunks_are_no_chunks(run: RunFolder) -> None:
+    run.append_metrics(0, chunk(range(0, 3)))
+    (run.path / "metrics" / "chunk-00000 (copy).parquet").write_bytes(b"")
+    assert len(run.metrics()) == 6
+
+
+def test_a_summary_of_other_metrics_is_damage(run: RunFolder) -> None:
+    run.append_metrics(0, chunk(range(0, 3)))
+    summary = summarise(run.config, run.metrics(), completed=True)
+    run.write_summary(summary)
+    assert len(run.metrics()) == 6
+    run.append_metrics(0, chunk(range(0, 2)))
+    with pytest.raises(InputError, match=r"summary.json: is damaged .*not of the seeds and iterations of the metrics"):
+        run.metrics()
+    run.append_metrics(0, {**chunk(range(0, 3)), "nash_gap": np.zeros(6)})
+    with pytest.raises(InputError, match=r"summary.json: is damaged .*final.nash_gap is not what the metrics say"):
         run.metrics()

@@ -28,7 +28,7 @@ def test_the_known_scenarios_include_those_of_eight_hosts():
 
 
 def test_neither_file_nor_name_is_refused_naming_both_kinds():
-    with pytest.raises(InputError, match=r"'no-such'.*tiny.*\.graphml, \.xml or \.json") as caught:
+    with pytest.raises(InputError, match=r"'no-such'.*tiny.*\.graphml, \.xml, \.json or \.yaml") as caught:
         load_network("no-such")
     assert caught.value.field == "graph"
 

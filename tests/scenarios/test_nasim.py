@@ -1,15 +1,18 @@
-"""Attack networks from NASim's published scenarios, beside NASim's own reading of them."""
+"""Attack networks from NASim's published scenarios, beside NASim's own files and its own reading of them."""
 
+import importlib.util
 import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gsiirl.errors import InputError
-from gsiirl.scenarios.nasim import nasim_names, nasim_network
+from gsiirl.scenarios.nasim import FOLDER, nasim_names, nasim_network
+from gsiirl.scenarios.nasim_file import read_nasim
 from gsiirl.scenarios.network import AttackNetwork
 
 
@@ -93,11 +96,21 @@ def test_an_unknown_name_is_refused_with_the_known_ones():
     assert caught.value.field == "graph"
 
 
-def test_without_nasim_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(sys.modules, "nasim", None)
-    assert nasim_names() == ()
-    with pytest.raises(InputError, match=r"pip install gsiirl\[nasim\]"):
-        nasim_network("small-linear")
+def test_the_networks_that_come_with_the_package_are_those_of_nasims_files():
+    package = importlib.util.find_spec("nasim")
+    assert package is not None
+    assert package.submodule_search_locations
+    files = sorted(Path(package.submodule_search_locations[0], "scenarios", "benchmark").glob("*.yaml"))
+    assert {file.stem for file in files} == set(nasim_names())
+    for file in files:
+        # To the last bit: run folders hold these numbers.
+        assert nasim_network(file.stem).to_json_dict() == read_nasim(file).to_json_dict()
+
+
+def test_nasims_licence_stands_beside_its_scenarios():
+    notice = " ".join((FOLDER / "LICENSE-NASim.md").read_text().split())
+    assert "Copyright (c) 2018" in notice
+    assert "The above copyright notice and this permission notice shall be included in all copies" in notice
 
 
 NASIM_PAIRS = """

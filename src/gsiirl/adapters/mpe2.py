@@ -7,7 +7,7 @@ import numpy as np
 
 from gsiirl.adapters.numpy_policy import NumpyPolicy
 from gsiirl.errors import InputError
-from gsiirl.program import installing
+from gsiirl.program.command import installing
 
 if TYPE_CHECKING:
     from pettingzoo import ParallelEnv

@@ -16,6 +16,10 @@ class NumpyPolicy:
     layers: tuple[tuple[np.ndarray, np.ndarray], ...]
     """Weight and bias of each layer."""
 
+    def __post_init__(self) -> None:
+        if any(weight.ndim != 2 or bias.shape != weight.shape[:1] for weight, bias in self.layers):
+            raise ValueError("a layer's weight is no matrix, or does not fit its bias")
+
     @classmethod
     def of(cls, weights: Mapping[str, np.ndarray], name: str, seed: int) -> Self:
         """The network of that name, of the seed at that place along the leading axis.
@@ -23,6 +27,7 @@ class NumpyPolicy:
         Raises:
             KeyError: there is no network of that name.
             IndexError: there are fewer seeds.
+            ValueError: a layer is none.
         """
         return cls(
             tuple(

@@ -25,8 +25,10 @@ from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.program import command
-from gsiirl.progress import nobody
+from gsiirl.program.command import command
+from gsiirl.program.progress import nobody
+
+MOST_JOBS = 1000
 
 Quiet = Annotated[bool, Parameter(negative="", help="Show no progress.")]
 Out = Annotated[Path, Parameter(metavar="DIR", help="Run folder to make: a new or empty folder.")]
@@ -36,10 +38,10 @@ ConfigFile = Annotated[
 ]
 
 
-def _with_field_flags(kind: type[ExperimentConfig]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def _with_field_flags(kind: type[ExperimentConfig]) -> Callable[[Callable[..., int]], Callable[..., int]]:
     """Of a command: a flag for each field of its configuration in place of its `**flags`."""
 
-    def with_flags(command: Callable[..., None]) -> Callable[..., None]:
+    def with_flags(command: Callable[..., int]) -> Callable[..., int]:
         signature = inspect.signature(command)
         own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
         # What a command takes as an argument of its own is no flag too.
@@ -64,21 +66,21 @@ def _flag(field: str, schema: dict[str, Any]) -> inspect.Parameter:
 
 
 @_with_field_flags(SecurityConfig)
-def security(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> None:
+def security(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> int:
     """A defender lives with an attacker on an attack graph."""
-    _run(SecurityConfig, out, config, quiet, flags)
+    return _run(SecurityConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(CrossingConfig)
-def crossing(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> None:
+def crossing(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> int:
     """A robot crosses the way of a human."""
-    _run(CrossingConfig, out, config, quiet, flags)
+    return _run(CrossingConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(DeceptionConfig)
-def deception(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> None:
+def deception(*, out: Out, config: ConfigFile = None, quiet: Quiet = False, **flags: Any) -> int:
     """Two agents keep an adversary from their target."""
-    _run(DeceptionConfig, out, config, quiet, flags)
+    return _run(DeceptionConfig, out, config, quiet, flags)
 
 
 @_with_field_flags(GameConfig)
@@ -93,21 +95,32 @@ def game(
     config: ConfigFile = None,
     quiet: Quiet = False,
     **flags: Any,
-) -> None:
+) -> int:
     """Your own finite game."""
-    _run(GameConfig, out, config, quiet, flags | ({} if file is None else {"file": file}))
+    return _run(GameConfig, out, config, quiet, flags | ({} if file is None else {"file": file}))
 
 
-def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, quiet: bool, flags: dict[str, Any]) -> None:
+def _run(kind: type[ExperimentConfig], out: Path, file: Path | None, quiet: bool, flags: dict[str, Any]) -> int:
     configuration = load_config_file(kind, file, flags)
+    if isinstance(configuration, SecurityConfig):
+        _say_before(configuration)
     from gsiirl.experiments import runner
 
     with _resumable(out):
         runner.run(configuration, out, nobody if quiet else None)
-    _print_end(out)
+    return _print_end(out)
 
 
-def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /, *, quiet: Quiet = False) -> None:
+def _say_before(config: SecurityConfig) -> None:
+    """The scale of the rewards in a file, and the time of a long run."""
+    from gsiirl.experiments.security.cost import warning_of
+
+    for line in (config.scales_of_file(), warning_of(config.resolved())):
+        if line is not None:
+            print(f"gsiirl: {line}", file=sys.stderr)
+
+
+def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /, *, quiet: Quiet = False) -> int:
     """Go on with an interrupted run."""
     from gsiirl.runs import RunFolder
 
@@ -116,7 +129,7 @@ def resume(folder: Annotated[Path, Parameter(name="DIR", help="Run folder.")], /
 
     with _resumable(folder):
         runner.resume(folder, nobody if quiet else None)
-    _print_end(folder)
+    return _print_end(folder)
 
 
 def reproduce(
@@ -147,7 +160,7 @@ def reproduce(
     from gsiirl.experiments.plans.planned_run import cores
     from gsiirl.experiments.plans.reproduce import plan
 
-    at_a_time = min(len(cores()), 4) if jobs is None else at_least_one("--jobs", jobs)
+    at_a_time = min(len(cores()), 4) if jobs is None else at_least_one("--jobs", jobs, MOST_JOBS)
     planned = plan(out, number, quick, maddpg)
     # Before anything slow is imported, so that bad input is answered at once.
     check_folders(planned)
@@ -202,8 +215,9 @@ def _whole(name: str, text: str) -> int:
         number = int(text)
     except ValueError:
         number = -1
-    if number < 0:
-        raise InputError(name, f"cannot be {text or 'empty'}", "give whole numbers of at least 0, with commas between")
+    if not 0 <= number < 2**31:
+        problem = f"cannot be {text[:40] or 'empty'}"
+        raise InputError(name, problem, f"give whole numbers from 0 to {2**31 - 1}, with commas between")
     return number
 
 
@@ -217,6 +231,14 @@ def _resumable(folder: Path) -> Iterator[None]:
         raise KeyboardInterrupt(f"go on with `{command('resume', folder)}`") from None
 
 
-def _print_end(folder: Path) -> None:
+def _print_end(folder: Path) -> int:
+    """Say where the run is and which of its seeds failed; the exit status is 1 where all did."""
+    from gsiirl.runs import RunFolder
+
     report = command("report", folder, "--out", f"{folder}-report")
     print(f"The run is in {shlex.quote(str(folder))}; `{report}` makes its tables and figures.")
+    summary = RunFolder.open(folder).summary() if RunFolder.is_at(folder) else None
+    if summary is None or not summary.failed_seeds:
+        return 0
+    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, summary.failed_seeds))}", file=sys.stderr)
+    return 1 if summary.failed_seeds == summary.seeds else 0

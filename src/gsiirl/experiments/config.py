@@ -69,7 +69,7 @@ def load_config(kind: type[Config], values: Mapping[str, Any], name: Callable[[s
         first = error.errors(include_url=False)[0]
         field, value = str(first["loc"][0]), first["input"]
         shown = value if isinstance(value, str) and value.strip() else repr(value)
-        raise InputError(name(field), f"cannot be {shown}", _accepted(schemas[field])) from error
+        raise InputError(name(field), f"cannot be {_shortened(shown)}", _accepted(schemas[field])) from error
 
 
 def load_config_file(kind: type[Config], path: Path | None, flags: Mapping[str, Any]) -> Config:
@@ -133,12 +133,21 @@ def _accepted(schema: Mapping[str, Any]) -> str:
     return " ".join(["give", kinds[schema["type"]], " and ".join(bounds)]).rstrip() + word
 
 
-def at_least_one(name: str, text: str) -> int:
+def at_least_one(name: str, text: str, most: int) -> int:
     """The whole number that a flag is given.
 
     Raises:
-        InputError: it is none, or below 1.
+        InputError: it is none, below 1, or above `most`.
     """
-    if not text.isdecimal() or int(text) < 1:
-        raise InputError(name, f"cannot be {text or 'empty'}", "give a whole number of at least 1")
+    # A number of too many digits is not even read.
+    if not text.isdecimal() or len(text) > 20 or not 1 <= int(text) <= most:
+        problem, mend = (
+            f"cannot be {_shortened(text) or 'empty'}",
+            f"give a whole number of at least 1 and at most {most}",
+        )
+        raise InputError(name, problem, mend)
     return int(text)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:40]}... ({len(text)} characters)"

@@ -33,8 +33,9 @@ def evaluate(
 ) -> None:
     """Play a run's policies in somebody else's implementation of the game; writes evaluation-mpe2.json into DIR."""
     from gsiirl.experiments.config import at_least_one
+    from gsiirl.experiments.run_config import MANY
 
-    number = at_least_one("--episodes", episodes)
+    number = at_least_one("--episodes", episodes, MANY)
     from gsiirl.experiments.deception.mpe2_evaluation import PlayedRun, evaluate_in_mpe2
 
     run = PlayedRun.open(folder)

@@ -13,7 +13,7 @@ from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.front_door.result import MEND, Result, check_shapes, problem_from
 from gsiirl.problems.problem import Problem
-from gsiirl.program import command
+from gsiirl.program.command import command
 from gsiirl.runs import RunFolder
 from gsiirl.runs.files.array_file import read_versioned_arrays
 from gsiirl.runs.files.checksum import carries_checksum
@@ -128,7 +128,7 @@ def _problem(config: GameConfig | SecurityConfig, path: Path) -> Problem:
             own_reward=bilevel.own_reward,
             dependent_value=bilevel.accessed,
             discount=config.discount,
-            temperature=None if config.temperature == "unknown" else config.expert_temperature,
+            temperature=None if config.temperature == "unknown" else float(bilevel.temperature),
             expert_features=bilevel.expert_reward.features,
             dependent_features=bilevel.dependent_reward.features,
         )

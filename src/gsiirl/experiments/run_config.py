@@ -7,6 +7,11 @@ from pydantic.dataclasses import dataclass
 
 CHECKED = ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
+MANY = 1_000_000
+"""The bound of a number of iterations, episodes or steps: above what anybody needs, and below where arithmetic ends."""
+MOST_SEEDS = 10_000
+"""With the bound of `first_seed`, no seed is beyond 32 bits: JAX's integers of single precision would wrap around."""
+
 
 @dataclass(frozen=True, kw_only=True, config=CHECKED)
 class RunConfig:
@@ -22,13 +27,13 @@ class RunConfig:
     algorithm: Literal["gsiirl", "paper", "ma-irl", "marl"] = "gsiirl"
     """Which algorithm learns: `gsiirl` (our preset), `paper` (the same with the paper's settings), `ma-irl`; `marl` is
     given both true rewards."""
-    seeds: int = Field(default=10, ge=1)
+    seeds: int = Field(default=10, ge=1, le=MOST_SEEDS)
     """Number of seeds."""
-    first_seed: int = Field(default=0, ge=0)
+    first_seed: int = Field(default=0, ge=0, le=2**31 - MOST_SEEDS)
     """The first seed; the others follow."""
-    iterations: int = Field(default=50, ge=0)
+    iterations: int = Field(default=50, ge=0, le=MANY)
     """Outer iterations K."""
-    trajectories: int = Field(default=100, ge=1)
+    trajectories: int = Field(default=100, ge=1, le=MANY)
     """Trajectories asked of the expert in each interaction."""
     device: Literal["cpu", "gpu"] = "cpu"
     """Where the arrays live."""

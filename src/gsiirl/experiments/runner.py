@@ -19,26 +19,33 @@ from jaxtyping import Array, Key, PyTree
 from gsiirl._version import __version__
 from gsiirl.compilation import OF_A_RUN
 from gsiirl.errors import InputError
+from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
-from gsiirl.program import command
-from gsiirl.progress import Begun, Told, shown
-from gsiirl.runs import Checkpoint, Environment, RunFolder, locked, refuse_used, summarise
+from gsiirl.program.command import command
+from gsiirl.program.progress import Begun, Told, shown
+from gsiirl.runs import Checkpoint, Environment, RunFolder, clear_lock, locked, refuse_used, summarise
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.damage import START_AGAIN
 
 ANOTHER_VERSION = "it is of another version: begin the run anew in another folder"
 
+UNSOLVED = "give a temperature nearer to the size of the rewards, or other rewards"
+
 SEEDS_TOGETHER = {"cpu": 2, "gpu": None}
 """Of how many seeds a device computes at a time; None for all. On a CPU more would not fit its caches."""
+
+COPIES = 4
+"""Of the state of a run, while its checkpoint is written."""
 
 
 def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
     """Run an experiment into a new run folder; its progress is shown, or told to `told` instead.
 
     Raises:
-        InputError: when the configuration's game or device, or the folder, cannot be used (nothing is written then), or
-            when the folder can no longer be written (the run can be gone on with).
+        InputError: when the configuration's game or device, or the folder, cannot be used, its seeds take too much
+            memory, or the game cannot be solved with its settings (nothing is written then), or when the folder can no
+            longer be written (the run can be gone on with).
     """
     config = config.resolved()
     content = config_to_dict(config)
@@ -46,10 +53,12 @@ def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
     refuse_used(out, content)
     with jax.enable_x64(config.double_precision), _on_device(config.device), _shown(config, told) as tell:
         prepared = _prepare(config, None)
+        _check_memory(config, prepared)
+        references = _references(config, prepared)
         refuse_used(out, content, prepared.game)
         with locked(out, "--out"):
             folder = RunFolder.create(out, content, prepared.game)
-            _go_on(folder, config, prepared, None, tell)
+            _go_on(folder, config, prepared, references, None, tell)
 
 
 def resume(path: Path, told: Told | None = None) -> None:
@@ -61,6 +70,7 @@ def resume(path: Path, told: Told | None = None) -> None:
     folder = RunFolder.open(path)
     config = config_from_dict(folder.config, path / "config.json")
     if folder.is_finished():
+        clear_lock(path)
         return
     with (
         jax.enable_x64(config.double_precision),
@@ -73,7 +83,8 @@ def resume(path: Path, told: Told | None = None) -> None:
             return
         checkpoint = folder.load_checkpoint()
         _refuse_other(folder, checkpoint, config)
-        _go_on(folder, config, _prepare(config, path / "game.json"), checkpoint, tell)
+        prepared = _prepare(config, path / "game.json")
+        _go_on(folder, config, prepared, _references(config, prepared), checkpoint, tell)
 
 
 def _refuse_other(folder: RunFolder, checkpoint: Checkpoint | None, config: ExperimentConfig) -> None:
@@ -99,10 +110,36 @@ def _prepare(config: ExperimentConfig, saved_game: Path | None) -> PreparedRun:
     return pkgutil.resolve_name(config.preparation)(config, saved_game)
 
 
+def _check_memory(config: ExperimentConfig, prepared: PreparedRun) -> None:
+    """Refuse more seeds than fit into half of the memory that is free, with the copies that a checkpoint makes."""
+    state = jax.eval_shape(lambda: prepared.algorithm.init(_keys(jnp.asarray(0))[0]))
+    each = COPIES * sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(state))
+    available = available_memory()
+    if available is not None and config.seeds * each > available / 2:
+        problem = f"{config.seeds:,} take {config.seeds * each / 1e9:,.1f} GB of memory, and half of what is free"
+        mend = f"use at most {int(available / 2 / each):,}"
+        raise InputError("--seeds", f"{problem} is {available / 2e9:,.1f} GB", mend)
+
+
+def _references(config: ExperimentConfig, prepared: PreparedRun) -> dict[str, float]:
+    """What all seeds are compared with.
+
+    Raises:
+        InputError: a number of it is none, so that every figure of the run would be none.
+    """
+    compiled = jax.jit(lambda: prepared.references(), compiler_options=OF_A_RUN[config.device])
+    references = {name: float(value) for name, value in compiled().items()}
+    for name, value in references.items():
+        if not math.isfinite(value):
+            raise InputError(config.experiment, f"the game cannot be solved: {name} is {value}", UNSOLVED)
+    return references
+
+
 def _go_on(
     folder: RunFolder,
     config: ExperimentConfig,
     prepared: PreparedRun,
+    references: dict[str, float],
     checkpoint: Checkpoint | None,
     tell: Told,
 ) -> None:
@@ -113,7 +150,6 @@ def _go_on(
     compiled = partial(jax.jit, compiler_options=OF_A_RUN[config.device])
     every = partial(over_seeds, SEEDS_TOGETHER[config.device])
     init = compiled(lambda seeds: every(lambda seed: algorithm.init(_keys(seed)[0]), seeds))
-    references = {name: float(value) for name, value in compiled(lambda: prepared.references())().items()}
 
     def advance(states: PyTree, first: Array, number: int) -> tuple[PyTree, Record]:
         return every(lambda seed, state: algorithm.advance(state, _keys(seed)[1], first, number), seeds, states)

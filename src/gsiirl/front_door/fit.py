@@ -23,7 +23,8 @@ from gsiirl.interaction import AbstractExpert, Demonstrator, live
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel, MatchingLevel
 from gsiirl.irl.posterior import Inference
-from gsiirl.learners.commitment_learner import CommitmentLearner, Explore, Feedback, HandBack, LearnerState, remembered
+from gsiirl.learners.commitment_learner import CommitmentLearner, Explore, Feedback, HandBack, LearnerState
+from gsiirl.limits import remembered
 from gsiirl.problems.continuous_problem import ContinuousProblem
 from gsiirl.problems.problem import Problem
 from gsiirl.rewards.linear import Linear
@@ -192,7 +193,7 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
             many_starts=self._many_starts,
             informative_rounds=iterations // 2,
             unit=unit,
-            remembered=remembered(problem.game, iterations),
+            remembered=remembered(problem.game.policy_size, iterations),
         )
 
     def _lower(self) -> AbstractLowerLevel:

@@ -24,6 +24,7 @@ from gsiirl.runs.files.array_file import write_arrays
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.damage import refuse_unreadable
 from gsiirl.runs.files.json_file import FORMAT_VERSION, versioned, write_json
+from gsiirl.runs.files.numbers import is_sound
 from gsiirl.runs.files.table_file import write_table
 
 MEND = "save the result again"
@@ -254,7 +255,7 @@ def check_shapes(result: Result, path: Path) -> None:
         "dependent_weights": (result.dependent_reward.weights, (len(result.problem.dependent_names),)),
     }
     for name, (array, shape) in wanted.items():
-        if array.shape != shape or not np.isfinite(array).all():
+        if array.shape != shape or array.dtype.kind != "f" or not is_sound(array).all():
             raise InputError(str(path), f"{name} is damaged: shape {array.shape} for {shape}, or not finite", MEND)
 
 

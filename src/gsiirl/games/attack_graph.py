@@ -6,24 +6,29 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import MatchingPayoff
 from gsiirl.scenarios.network import AttackNetwork
+from gsiirl.scenarios.reachable import AttackMoves, TooManyStatesError, reachable_states, starting_state, words
 from gsiirl.types import AnyArray, Sides
+
+MOST_ATTACKS = 2**26
+"""Pairs of a state and an edge, of each of which a game holds three numbers."""
 
 
 class AttackGraph(AbstractTabularGame):
     """Dynamics of an attack graph with N nodes and E edges, over the S states that can be reached.
 
-    A state is the set of compromised nodes, a bitmask in `masks` (S,). The attack on edge e = (i → j) from state s
-    succeeds with `success[s, e]` = probability of e · 1[i ∈ s or e is an entry edge] · 1[j ∉ s], unless the defender
-    picked e too. Actions are edges, 0 to E − 1; action E is the no-op of a side that has one.
+    A state is the set of compromised nodes, a bitmask in `masks` (S,), or (S, words) where there are many nodes. The
+    attack on edge e = (i → j) from state s succeeds with `success[s, e]` = probability of e · 1[i ∈ s or e is an entry
+    edge] · 1[j ∉ s], unless the defender picked e too. Actions are edges, 0 to E − 1; action E is the no-op of a side
+    that has one.
     """
 
-    masks: Int[Array, " S"]
+    masks: Int[Array, "S *words"]
     success: Float[Array, "S E"]
     successors: Int[Array, "S E"]
     predecessors: Int[Array, "S E"]
@@ -51,40 +56,33 @@ class AttackGraph(AbstractTabularGame):
         compromised.
 
         Raises:
-            InputError: when the horizon is not positive.
+            InputError: when the horizon is not positive, or so many states can be reached that they fill any memory.
         """
         if horizon < 1:
             raise InputError("horizon", f"{horizon} is no number of steps", "give 1 or more")
-        if starts is None:
-            starts = [int(sum(1 << node for node in network.footholds))]
-        source, target = np.asarray(network.edge_source), np.asarray(network.edge_target)
-        # Entry edges start outside: their source counts as compromised in every state.
-        source_bit = np.where(source < 0, 0, 1 << np.maximum(source, 0))
-        target_bit = 1 << target
-
-        def usable(masks: np.ndarray) -> np.ndarray:
-            return ((masks[:, None] & source_bit) == source_bit) & ((masks[:, None] & target_bit) == 0)
-
-        masks = frontier = np.unique(np.asarray(starts, dtype=np.int64))
-        while frontier.size:
-            following = np.unique((frontier[:, None] | target_bit)[usable(frontier)])
-            frontier = np.setdiff1d(following, masks, assume_unique=True)
-            masks = np.union1d(masks, frontier)
-        active = usable(masks)
-        successors = np.searchsorted(masks, np.where(active, masks[:, None] | target_bit, masks[:, None]))
+        moves = AttackMoves(network)
+        starts = [starting_state(network)] if starts is None else starts
+        most = MOST_ATTACKS // len(network.edge_source)
+        try:
+            masks = reachable_states(network, starts, most)
+        except TooManyStatesError:
+            raise InputError("network", f"its game has more than {most:,} states", "use a smaller one") from None
+        active = moves.usable(masks)
+        after = masks[:, None] | moves.target_bit
+        successors = np.searchsorted(masks, np.where(active, after, masks[:, None]))
         # The state an edge led here from, where there is one; elsewhere the state itself, from which no mass flows in.
-        before = masks[:, None] & ~target_bit
+        before = masks[:, None] & ~moves.target_bit
         place = np.minimum(np.searchsorted(masks, before), masks.size - 1)
-        arrived = (before != masks[:, None]) & (masks[place] == before) & active[place, np.arange(source.size)]
+        arrived = (before != masks[:, None]) & (masks[place] == before) & active[place, np.arange(active.shape[1])]
         predecessors = np.where(arrived, place, np.arange(masks.size)[:, None])
         initial = np.zeros(masks.size)
-        initial[np.searchsorted(masks, np.unique(np.asarray(starts)))] = 1.0
+        initial[np.searchsorted(masks, moves.masks(starts))] = 1.0
         return cls(
-            masks=jnp.asarray(masks),
+            masks=jnp.asarray(words(masks)),
             success=jnp.asarray(active * np.asarray(network.success_probability)),
             successors=jnp.asarray(successors),
             predecessors=jnp.asarray(predecessors),
-            targets=jnp.asarray(target),
+            targets=jnp.asarray(np.asarray(network.edge_target)),
             initial=jnp.asarray(initial / initial.sum()),
             horizon=horizon,
             no_op=Sides(learner_no_op, expert_no_op),
@@ -101,11 +99,6 @@ class AttackGraph(AbstractTabularGame):
     @property
     def number_of_actions(self) -> Sides[int]:
         return Sides(self.number_of_edges + self.no_op.learner, self.number_of_edges + self.no_op.expert)
-
-    @property
-    def usable(self) -> Bool[Array, "S E"]:
-        """Whether an edge can be attacked with any chance of success."""
-        return self.success > 0
 
     def payoff_of_success(self, gains: Float[Array, "S E"]) -> MatchingPayoff:
         """gains[s, e] if the attack on e succeeds, in expectation: success · gains · 1[a_l ≠ a_e]."""

@@ -203,6 +203,4 @@ class MatchingPayoff(AbstractPayoff):
 
 def _pad(values: Float[Array, "*b M"], length: int) -> Float[Array, "*b A"]:
     missing = length - values.shape[-1]
-    if missing == 0:
-        return values
     return jnp.concatenate([values, jnp.zeros((*values.shape[:-1], missing), values.dtype)], axis=-1)

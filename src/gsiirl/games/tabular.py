@@ -67,8 +67,7 @@ class TabularGame(AbstractTabularGame):
         if over is not None:
             # Nothing happens after the end, so that a terminal state follows itself.
             successors = np.where(over[:, None, None, None], np.arange(states)[:, None, None, None], successors)
-            only_first = np.zeros_like(probabilities[0]) + (np.arange(successors.shape[3]) == 0)
-            probabilities = np.where(over[:, None, None, None], only_first[None], probabilities)
+            probabilities = np.where(over[:, None, None, None], np.arange(successors.shape[3]) == 0, probabilities)
         _check_distributions("transitions", probabilities)
         _check_distributions("initial", start)
         return cls(

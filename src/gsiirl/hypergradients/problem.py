@@ -83,6 +83,11 @@ class Hypergradient(eqx.Module):
     smallest_eigenvalue: Float[Array, ""]
     constrained: Bool[Array, ""]
 
+    @property
+    def calls(self) -> Int[Array, ""]:
+        """Calls and passes together."""
+        return self.evaluations + self.derivatives + self.upper_evaluations
+
 
 class AbstractEstimator(eqx.Module, Generic[State]):
     """A way to estimate ∇f; what it remembers from one outer iteration to the next is a state passed in and out."""

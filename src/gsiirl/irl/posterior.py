@@ -19,10 +19,9 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
 from gsiirl.irl.memory import Memory
+from gsiirl.limits import DENSE
 from gsiirl.types import AnyArray
 
-DENSE = 1500
-"""Above as many weights no m x m matrix is held: systems are solved by conjugate gradients."""
 MOST_STEPS = 60
 """Levenberg's steps of one fit; what has not converged then goes on in the next iteration, and says so."""
 RENEWED = 8
@@ -143,11 +142,7 @@ class Inference(eqx.Module):
             gradient = at.gradient - alpha * theta
             factor = jax.scipy.linalg.cho_factor(hessian + damping * unit * identity)
             candidate = jnp.where(looks, theta, theta + jax.scipy.linalg.cho_solve(factor, gradient))
-            newest = held
-            if costly:
-                anew = (held <= RENEWED) | (held % RENEWED == 0)
-                newest = jnp.where(looks, jnp.where(anew, held, 1), jnp.where(step % RENEWED == RENEWED - 1, held, 0))
-            there = derivatives(candidate, at.fisher, newest)
+            there = derivatives(candidate, at.fisher, counted_anew(held, step) if costly else held)
             gained = objective(candidate, there.value, alpha) - objective(theta, at.value, alpha)
             # At the maximum rounding decides; a step too short to matter is taken as it is.
             short = jnp.max(jnp.abs(candidate - theta)) < 1e-9 * (1.0 + jnp.max(jnp.abs(theta)))
@@ -323,3 +318,9 @@ class Inference(eqx.Module):
         noise = self.likelihood.fisher_noise(theta, data_key, memory)
         noise += jnp.sqrt(alpha) * jax.random.normal(prior_key, theta.shape, theta.dtype)
         return self._solve(theta, alpha, noise, memory)
+
+
+def counted_anew(held: Int[Array, ""], step: Int[Array, ""]) -> Int[Array, ""]:
+    """Of how many of the newest interactions a step of a fit computes a costly F: of all `held`, of one, or of none."""
+    at_first = jnp.where((held <= RENEWED) | (held % RENEWED == 0), held, 1)
+    return jnp.where(step < 0, at_first, jnp.where(step % RENEWED == RENEWED - 1, held, 0))

@@ -29,14 +29,13 @@ from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.interaction import AbstractLearner, Proposal
 from gsiirl.irl.dependent_reward import DependentFit, DependentValue
 from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel
+from gsiirl.irl.posterior import Draws
 from gsiirl.rewards.linear import AbstractFeatures
 from gsiirl.types import Interaction, Policies, Sides
 
 Explore = Literal["informative", "thompson", "estimate"]
 HandBack = Literal["average", "estimate"]
 Feedback = Literal["model", "visited"]
-MEMORY = 2**24
-"""Numbers that remembered interactions may take: 128 MiB in double precision."""
 LEAST_EFFECTIVE = 0.1
 """Below this share of effective draws, Hamiltonian Monte Carlo takes the weighted draws' place."""
 
@@ -197,25 +196,16 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         """The policy to deploy, by a search of its own from what was found, what was played, and new starts."""
         draw_key, chain_key, start_key, round_key = jax.random.split(key, 4)
         objective, estimate = self._objective(state.accessed), self.lower.estimate(state.lower)
-        one, zero = jnp.ones((), estimate.dtype), jnp.zeros((), jnp.int32)
-        thetas, weights = estimate[None, :], jnp.ones(1, estimate.dtype)
-        effective, sampled = one, jnp.asarray(False)
-        if self.hand_back == "average":
-            assert isinstance(self.lower, LikelihoodLevel), "a lower level without a posterior has no average"
-            inference, memory, posterior = self.lower.inference, state.lower.memory, state.lower.posterior
-            drawn = inference.draws(posterior, memory, self.draws, draw_key)
-            thetas, weights, effective = drawn.values, drawn.weights, drawn.effective
-            if inference.dense:
-                sampled = effective < LEAST_EFFECTIVE * self.draws
-                chains = inference.hamiltonian(posterior, memory, self.draws, jnp.where(sampled, 60, zero), chain_key)
-                thetas = jnp.where(sampled, chains, thetas)
-                weights = jnp.where(sampled, 1.0 / self.draws, weights)
-        average = committed(self.commitment_of(state.accessed), self._reward, weights)
+        one = jnp.ones((), estimate.dtype)
+        believed, sampled = self._believed(state, draw_key, chain_key)
+        average = committed(self.commitment_of(state.accessed), self._reward, believed.weights)
         spread = self.commitment.range_of_answers(self._reward(estimate))
         starts, kept = Starts.plain(state.pool), state.pool[:0]
         if self.many_starts:
             remembered = logits_of(state.lower.memory.kept.learner_policy)
-            values = jax.lax.map(lambda logits: average(self.commitment.policy(logits), thetas, one, one), remembered)
+            values = jax.lax.map(
+                lambda logits: average(self.commitment.policy(logits), believed.values, one, one), remembered
+            )
             kept = ranked(remembered, values)[0][: 2 * self.lanes]
             starts = starts.and_also(Starts.plain(kept)).and_also(
                 self.search.random(max(12, 2 * self.lanes), spread, start_key)
@@ -228,11 +218,11 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         few = min(8 if self.small else 4, logits.shape[0])
         if self.many_starts:
             logits = jnp.concatenate([logits[:few], kept[:few]])
-        same = jnp.broadcast_to(thetas[None], (logits.shape[0], *thetas.shape))
+        same = jnp.broadcast_to(believed.values[None], (logits.shape[0], *believed.values.shape))
         logits, _ = ranked(*self.search.ascend(average, Starts.plain(logits), same))
         policy = self.commitment.policy(logits[0])
         answer = respond(self.game, policy, self._reward(estimate), 1.0, self.commitment.discount).policy
-        return HandedBack(Sides(policy, answer), effective, sampled)
+        return HandedBack(Sides(policy, answer), believed.effective, sampled)
 
     def report(self, state: LearnerState) -> dict[str, Float[Array, ""]]:
         """How well the newest iteration went, by name."""
@@ -248,6 +238,24 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
             return self.commitment
         fitted = self.dependent_features.payoff(accessed.solve())
         return Commitment(self.game, (fitted + self.own_reward) * (1.0 / self.unit), self.commitment.discount)
+
+    def _believed(
+        self, state: LearnerState, draw_key: PRNGKeyArray, chain_key: PRNGKeyArray
+    ) -> tuple[Draws, Bool[Array, ""]]:
+        """Draws of the expert's reward to choose by, and whether they come from Hamiltonian Monte Carlo."""
+        estimate = self.lower.estimate(state.lower)
+        if self.hand_back == "estimate":
+            one = jnp.ones((), estimate.dtype)
+            return Draws(estimate[None, :], one[None], one), jnp.asarray(False)
+        assert isinstance(self.lower, LikelihoodLevel), "a lower level without a posterior has no average"
+        inference, memory, posterior = self.lower.inference, state.lower.memory, state.lower.posterior
+        drawn = inference.draws(posterior, memory, self.draws, draw_key)
+        if not inference.dense:
+            return drawn, jnp.asarray(False)
+        sampled = drawn.effective < LEAST_EFFECTIVE * self.draws
+        chains = inference.hamiltonian(posterior, memory, self.draws, jnp.where(sampled, 60, 0), chain_key)
+        values = jnp.where(sampled, chains, drawn.values)
+        return Draws(values, jnp.where(sampled, 1.0 / self.draws, drawn.weights), drawn.effective), sampled
 
     def _objective(self, accessed: DependentFit):
         return committed(self.commitment_of(accessed), self._reward)
@@ -325,8 +333,3 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
             return both[0][: pool.shape[0]]
 
         return jax.vmap(best)(believed, logits.reshape(number, lanes, *logits.shape[1:]), values.reshape(number, lanes))
-
-
-def remembered(game: AbstractTabularGame, iterations: int) -> int:
-    """How many interactions are remembered: all, or as many as `MEMORY` holds."""
-    return max(1, min(iterations, max(8, MEMORY // game.policy_size)))

@@ -237,7 +237,6 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
             problem, start, expert_parameters, state.hypergradient, jax.random.fold_in(key, 1), iteration
         )
         step, upper_optimiser = self.optimiser.update(-estimate.value, state.upper_optimiser, start)
-        evaluations = estimate.evaluations + estimate.derivatives + estimate.upper_evaluations
         return RewardLearnerState(
             commitment=optax.projections.projection_l2_ball(optax.apply_updates(start, step), 1.0),
             expert_parameters=expert_parameters,
@@ -246,7 +245,7 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
             upper_optimiser=upper_optimiser,
             lower_optimiser=lower_optimiser,
             hypergradient=hypergradient,
-            solves=state.solves + self._solves(iteration, evaluations),
+            solves=state.solves + self._solves(iteration, estimate.calls),
         )
 
     def fitted_dependent_reward(self, state: RewardLearnerState) -> Float[Array, " n_d"]:

@@ -12,6 +12,7 @@ from gsiirl.runs.findings import Panel as Panel
 from gsiirl.runs.folder import RunFolder as RunFolder
 from gsiirl.runs.folder import refuse_used as refuse_used
 from gsiirl.runs.learned import LearnedParameters as LearnedParameters
+from gsiirl.runs.lock import clear_lock as clear_lock
 from gsiirl.runs.lock import locked as locked
 from gsiirl.runs.summary import GIVEN_THE_REWARDS as GIVEN_THE_REWARDS
 from gsiirl.runs.summary import Statistics as Statistics

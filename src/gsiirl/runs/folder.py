@@ -12,7 +12,7 @@ import polars
 from polars.datatypes import DataTypeClass
 
 from gsiirl.errors import InputError
-from gsiirl.program import command
+from gsiirl.program.command import command
 from gsiirl.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from gsiirl.runs.environment import Environment
 from gsiirl.runs.files.atomic import ASIDE, refuse_unwritable, write_atomically
@@ -146,9 +146,9 @@ class RunFolder:
         """Write the learned parameters: per name an array [seeds, features], its scale and its feature names."""
         write_learned(self.path, arrays, scales, names, seeds)
 
-    def load_learned(self) -> LearnedParameters | None:
-        """The learned parameters, or None where there are none."""
-        return read_learned(self.path, self.summary(), self.carries)
+    def load_learned(self, summary: Summary | None = None) -> LearnedParameters | None:
+        """The learned parameters, or None where there are none; see `_recorded` for `summary`."""
+        return read_learned(self.path, summary or self.summary(), self.carries)
 
     def save_policies(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Write the weights of the final policies, each of shape [seeds, ...]: `learner.layers.0.weight` and so on."""
@@ -162,27 +162,31 @@ class RunFolder:
         """Write the sample trajectories: `seed`, `trajectory`, `step` and what was there then, each of [rows]."""
         write_table(self._paths_path, columns, _types(columns))
 
-    def paths(self) -> polars.DataFrame | None:
-        """The sample trajectories, or None where there are none."""
-        return self._recorded(self._paths_path, INDEX_COLUMNS)
+    def paths(self, summary: Summary | None = None) -> polars.DataFrame | None:
+        """The sample trajectories, or None where there are none; see `_recorded` for `summary`."""
+        return self._recorded(self._paths_path, INDEX_COLUMNS, summary or self.summary())
 
     def save_reward_map(self, columns: Mapping[str, np.ndarray]) -> None:
         """Write the expert's reward by position: `seed`, `x`, `y`, `learned`, `true`, each of [rows]."""
         write_table(self._reward_map_path, columns, _types(columns))
 
-    def reward_map(self) -> polars.DataFrame | None:
-        """The expert's reward by position, or None where the game has none."""
-        return self._recorded(self._reward_map_path, INDEX_COLUMNS[:1])
+    def reward_map(self, summary: Summary | None = None) -> polars.DataFrame | None:
+        """The expert's reward by position, or None where the game has none; see `_recorded` for `summary`."""
+        return self._recorded(self._reward_map_path, INDEX_COLUMNS[:1], summary or self.summary())
 
-    def _recorded(self, path: Path, counted: Sequence[str]) -> polars.DataFrame | None:
-        """A table with whole numbers in the columns `counted`, the seed among them, and numbers of the kept seeds."""
+    def _recorded(self, path: Path, counted: Sequence[str], summary: Summary | None) -> polars.DataFrame | None:
+        """A table with whole numbers in the columns `counted`, the seed among them.
+
+        `summary` says which seeds there are, and of which there must be finite numbers; it is the folder's own, or one
+        that was made of the metrics of a run that has not ended.
+        """
         if not path.exists():
             return None
         table = read_table(path, START_AGAIN, self.carries)
         wrong = [name for name in counted if table.schema.get(name) != polars.Int64]
+        wrong += [name for name, kind in table.schema.items() if kind not in (polars.Int64, polars.Float64)]
         if wrong:
-            raise InputError(str(path), f"is damaged: its column {wrong[0]} is missing or holds no counts", START_AGAIN)
-        summary = self.summary()
+            raise InputError(str(path), f"is damaged: column {wrong[0]} is missing or of another type", START_AGAIN)
         if summary is not None:
             if not {*table["seed"]} <= {*summary.seeds}:
                 raise InputError(str(path), "is damaged: it is not of the seeds of summary.json", START_AGAIN)

@@ -18,6 +18,13 @@ PATIENCE = 3.0
 """Seconds to wait for a process that is about to end, as the children of a killed one are."""
 
 
+def clear_lock(folder: Path) -> None:
+    """Remove the file that a killed process left, if nobody works in `folder`."""
+    if (folder / LOCK).exists():
+        with suppress(InputError), locked(folder, ""):
+            pass
+
+
 @contextmanager
 def locked(folder: Path, field: str, mend: str = "use another folder") -> Iterator[None]:
     """Keep every other process out of `folder`, which is made if need be; `field` and `mend` are for errors.

@@ -9,7 +9,7 @@ import polars
 
 from gsiirl.errors import InputError
 from gsiirl.runs.files.damage import START_AGAIN
-from gsiirl.runs.files.table_file import read_table, write_table
+from gsiirl.runs.files.table_file import read_tables, write_table
 
 KEY_COLUMNS = ("seed", "iteration")
 _CHUNK = re.compile(r"chunk-\d{5,9}\.parquet")
@@ -41,9 +41,12 @@ def read_chunks(folder: Path, chunks: int | None = None, carries: bool = False) 
     for chunk, path in enumerate(paths):
         if chunk not in present:
             raise InputError(str(path), "is missing", START_AGAIN)
-    tables = [read_table(path, START_AGAIN, carries) for path in paths]
+    tables = read_tables(paths, START_AGAIN, carries)
     for path, table in zip(paths, tables, strict=True):
-        if table.schema != tables[0].schema or [table.schema.get(name) for name in KEY_COLUMNS] != [polars.Int64] * 2:
+        types = {
+            name: polars.Int64 if name in KEY_COLUMNS else polars.Float64 for name in (*KEY_COLUMNS, *table.columns)
+        }
+        if table.schema != tables[0].schema or dict(table.schema) != types:
             raise InputError(str(path), "is damaged: its columns are not those of the other chunks", START_AGAIN)
     if not tables:
         return polars.DataFrame(schema=dict.fromkeys(KEY_COLUMNS, polars.Int64))

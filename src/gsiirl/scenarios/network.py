@@ -1,5 +1,6 @@
 """The attack network: hosts, attack edges, and what they are worth to either side."""
 
+import math
 import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -11,8 +12,8 @@ from gsiirl.errors import InputError
 
 Variant = Literal["general_sum", "zero_sum"]
 
-MAXIMUM_NODES = 20
-"""A game of N nodes has up to 2^N states, and its solvers hold arrays over all of them."""
+MAXIMUM_NODES = 1000
+"""More than a game has that fits a computer's memory; how many a run can have depends on its states and edges."""
 
 OUTSIDE = -1
 """Source index of an entry edge."""
@@ -69,15 +70,17 @@ class AttackNetwork:
     def _check_nodes(self) -> None:
         count = len(self.node_names)
         if not 1 <= count <= MAXIMUM_NODES:
-            raise InputError("nodes", f"{count} nodes would give 2^{count} states", f"give 1 to {MAXIMUM_NODES} nodes")
-        for position, name in enumerate(self.node_names):
-            if name in self.node_names[:position]:
-                raise InputError("nodes", f"node '{name}' is there twice", "give every node a name of its own")
+            raise InputError("nodes", f"there are {count} nodes", f"give 1 to {MAXIMUM_NODES} nodes")
+        seen: set[str] = set()
+        for name in self.node_names:
+            if name in seen:
+                raise InputError("nodes", f"node '{shown(name)}' is there twice", "give every node a name of its own")
+            seen.add(name)
             if name == "outside":
                 raise InputError(
                     "nodes", "the name 'outside' stands for where entry edges come from", "rename this node"
                 )
-        labels = [f"node '{name}'" for name in self.node_names]
+        labels = [f"node '{shown(name)}'" for name in self.node_names]
         for field in ("value", "criticality"):
             self._set_numbers(field, labels)
 
@@ -98,24 +101,16 @@ class AttackNetwork:
                     raise InputError(
                         field, f"edge {edge} names node {node}", f"give {lowest} to {len(self.node_names) - 1}"
                     )
-        labels = [f"edge '{name}'" for name in self.edge_names]
-        pairs = list(zip(self.edge_source.tolist(), self.edge_target.tolist(), strict=True))
-        for edge, (source, target) in enumerate(pairs):
+        labels = [f"edge '{shown(name, 120)}'" for name in self.edge_names]
+        pairs: set[tuple[int, int]] = set()
+        for label, source, target in zip(labels, self.edge_source.tolist(), self.edge_target.tolist(), strict=True):
             if source == target:
-                raise InputError("edges", f"{labels[edge]} leads from a node to itself", "remove it")
-            if (source, target) in pairs[:edge]:
-                raise InputError("edges", f"{labels[edge]} is there twice", "keep one of the two")
+                raise InputError("edges", f"{label} leads from a node to itself", "remove it")
+            if (source, target) in pairs:
+                raise InputError("edges", f"{label} is there twice", "keep one of the two")
+            pairs.add((source, target))
         for field in ("success_probability", "attack_cost", "block_cost"):
             self._set_numbers(field, labels)
-        for label, probability in zip(labels, self.success_probability.tolist(), strict=True):
-            if not 0 < probability <= 1:
-                raise InputError(
-                    "success_probability", f"{label} has {probability:g}", "give a number above 0 and at most 1"
-                )
-        for field in ("attack_cost", "block_cost"):
-            for label, cost in zip(labels, getattr(self, field).tolist(), strict=True):
-                if cost < 0:
-                    raise InputError(field, f"{label} has {cost:g}", "give 0 or more: a cost is paid, not earned")
 
     def _check_start(self) -> None:
         count = len(self.node_names)
@@ -138,9 +133,7 @@ class AttackNetwork:
         if content.shape != (len(labels),):
             raise InputError(field, f"has shape {content.shape}", f"give {len(labels)} numbers, one for each")
         for label, number in zip(labels, content.tolist(), strict=True):
-            if not np.isfinite(number):
-                shown = "NaN" if np.isnan(number) else "an infinite number"
-                raise InputError(field, f"{label} has {shown}", "give a finite number")
+            check_number(field, label, number)
         self._set(field, _read_only(content))
 
     @property
@@ -150,6 +143,16 @@ class AttackNetwork:
             f"{'outside' if source == OUTSIDE else self.node_names[source]} -> {self.node_names[target]}"
             for source, target in zip(self.edge_source.tolist(), self.edge_target.tolist(), strict=True)
         )
+
+    @property
+    def unit(self) -> float:
+        """What the attacker's rewards are counted in: the largest absolute value or attack cost; 1 where all are 0."""
+        return float(max(abs(self.value).max(), self.attack_cost.max())) or 1.0
+
+    @property
+    def largest_weight(self) -> float:
+        """The largest absolute value, loss or attack cost; 1 where all are 0."""
+        return float(max(abs(self.value).max(), abs(self.criticality).max(), self.attack_cost.max())) or 1.0
 
     def with_variant(self, variant: Variant) -> "AttackNetwork":
         """The same network in another variant; `zero_sum` replaces the criticality by the value."""
@@ -182,6 +185,24 @@ class AttackNetwork:
                 for edge, source in enumerate(self.edge_source.tolist())
             ],
         }
+
+
+def check_number(field: str, label: str, number: float) -> None:
+    """Refuse a number that the field of a network cannot have; `label` says whose it is."""
+    if not math.isfinite(number):
+        shown_number = "NaN" if math.isnan(number) else "an infinite number"
+        raise InputError(field, f"{label} has {shown_number}", "give a finite number")
+    if field == "success_probability" and not 0 < number <= 1:
+        raise InputError(field, f"{label} has {number:g}", "give a number above 0 and at most 1")
+    if field in ("attack_cost", "block_cost") and number < 0:
+        raise InputError(field, f"{label} has {number:g}", "give 0 or more: a cost is paid, not earned")
+
+
+def shown(text: str, limit: int = 60) -> str:
+    """A text of the user's as messages show it: short, and without characters that a terminal would act on."""
+    if len(text) > limit:
+        text = f"{text[: limit - 20]}...{text[-17:]}"
+    return "".join(character if character.isprintable() else " " for character in text)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -3,7 +3,10 @@
 import numpy as np
 
 from gsiirl.errors import InputError
-from gsiirl.scenarios.network import MAXIMUM_NODES, AttackNetwork, Variant
+from gsiirl.scenarios.network import AttackNetwork, Variant
+
+MOST_NODES = 20
+"""A random graph of N nodes has up to 2^(N-1) states."""
 
 # Ranges of the uniform draws; the paper gives none.
 SUCCESS_PROBABILITY = (0.5, 0.9)
@@ -30,8 +33,8 @@ def random_network(seed: int, nodes: int = 8, edges: int = 10, variant: Variant 
     """
     if seed < 0:
         raise InputError("seed", f"{seed} is negative", "give 0 or more")
-    if not 2 <= nodes <= MAXIMUM_NODES:
-        raise InputError("nodes", f"a random graph cannot have {nodes}", f"give 2 to {MAXIMUM_NODES}")
+    if not 2 <= nodes <= MOST_NODES:
+        raise InputError("nodes", f"a random graph cannot have {nodes}", f"give 2 to {MOST_NODES}")
     fewest, most = nodes - 1, (nodes - 1) ** 2
     if not fewest <= edges <= most:
         raise InputError("edges", f"{nodes} nodes cannot have {edges} useful edges", f"give {fewest} to {most}")

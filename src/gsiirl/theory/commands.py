@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from gsiirl.program import command
+from gsiirl.program.command import command
 
 
 def theory(

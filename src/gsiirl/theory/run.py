@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gsiirl._version import __version__
-from gsiirl.progress import shown
+from gsiirl.program.progress import shown
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.findings import Finding, Findings
 from gsiirl.runs.measurement_words import bound_in_words, value_in_words

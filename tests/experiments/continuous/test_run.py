@@ -1,16 +1,29 @@
 """Both continuous games from the first iteration to the run folder, with tiny networks and few, short episodes."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from gsiirl.equilibria.pathwise import Pathwise, policies_of
+from gsiirl.equilibria.policy_weights import weights_of
+from gsiirl.evaluation.true_returns import TrueReturns
 from gsiirl.experiments import runner
+from gsiirl.experiments.continuous import run as run_module
 from gsiirl.experiments.crossing.config import CrossingConfig
+from gsiirl.experiments.crossing.problem import prepare
 from gsiirl.experiments.deception.config import DeceptionConfig
+from gsiirl.experiments.prepared_run import Algorithm
+from gsiirl.front_door.continuous_fit import ContinuousGSIIRL
+from gsiirl.games import Crossing
+from gsiirl.games.rollout import episodes_from
 from gsiirl.runs import RunFolder
+from gsiirl.types import Sides, Transition
 
 pytestmark = pytest.mark.usefixtures("optax_promotion")
 
@@ -102,6 +115,49 @@ def test_an_interrupted_run_resumes_to_identical_bytes(crossing, tmp_path, monke
     monkeypatch.undo()
     runner.resume(tmp_path / "cut")
     assert bytes_of(tmp_path / "cut") == bytes_of(crossing)
+
+
+def traced(config: CrossingConfig, function: Callable[[Algorithm, jax.Array], object]) -> None:
+    """Go through what a run does without computing it, so that nothing of it is compiled."""
+    with jax.enable_x64(False):
+        run = prepare(config).algorithm
+        jax.make_jaxpr(lambda key: function(run, key))(jax.random.key(0))
+
+
+@pytest.mark.parametrize("algorithm", ["gsiirl", "ma-irl"])
+def test_a_run_ends_with_what_its_forward_model_settles_on(algorithm, monkeypatch):
+    pairs: list[Sides] = []
+
+    def settled(_: object, solution: Sides, *others: object) -> Sides:
+        pairs.append(jax.tree.map(jnp.negative, policies_of(solution)))
+        return pairs[0]
+
+    def end(run: Algorithm, key: jax.Array) -> None:
+        policies = run.finish(run.init(key), key).policies
+        [pair] = pairs
+        for name, weight in weights_of(learner=pair.learner, expert=pair.expert).items():
+            assert policies[name] is weight
+
+    monkeypatch.setattr(ContinuousGSIIRL, "settled", settled)
+    monkeypatch.setattr(TrueReturns, "best_response", lambda self, played, known, key: known[0])
+    traced(CrossingConfig(**TINY, algorithm=algorithm).resolved(), end)
+
+
+def test_ma_irl_is_shown_how_marl_plays_the_true_game(monkeypatch):
+    config, shown = CrossingConfig(**TINY, algorithm="ma-irl").resolved(), []
+
+    def marl(self: TrueReturns, key: jax.Array) -> Sides:
+        # By their width the networks are known again.
+        return Pathwise.create(self.game, discount=0.9, batch=4, hidden=3, decay_steps=1).init(key)
+
+    def episodes(game: Crossing, policies: Sides, starts: object) -> Transition:
+        shown.append([each.layers[0].weight.shape[0] for each in (policies.learner, policies.expert)])
+        return episodes_from(game, policies, starts)
+
+    monkeypatch.setattr(TrueReturns, "marl", marl)
+    monkeypatch.setattr(run_module, "episodes_from", episodes)
+    traced(config, lambda run, key: run.advance(run.init(key), key, jnp.asarray(0), 1))
+    assert shown == [[3, 3]]
 
 
 @pytest.mark.slow

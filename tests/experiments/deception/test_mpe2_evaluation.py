@@ -17,7 +17,7 @@ from gsiirl.cli import main
 from gsiirl.experiments.config import ExperimentConfig, config_to_dict
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
-from gsiirl.program import installing
+from gsiirl.program.command import installing
 from gsiirl.runs import RunFolder, summarise
 
 HORIZON, EPISODES, HIDDEN = 4, 3, 5
@@ -188,3 +188,37 @@ def refused(capsys: pytest.CaptureFixture[str]):
         return line.removeprefix("gsiirl: ")
 
     return message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('"seeds"', '"sorts"', "summary.json: is damaged: seeds: Field required"),
+        (
+            '"failed_seeds": []',
+            '"failed_seeds": 0',
+            "summary.json: is damaged: failed_seeds: Input should be a valid array",
+        ),
+        (
+            '"completed": true',
+            '"completed": "no"',
+            "summary.json: is damaged: completed: Input should be a valid boolean",
+        ),
+        ('"final"', '"last"', "summary.json: is damaged: final: Field required"),
+        ('"deployed_return_expert"', '"return"', "summary.json: is damaged: final holds no deployed_return_expert"),
+    ],
+)
+def test_a_damaged_summary_is_refused(old: str, new: str, problem: str, tmp_path: Path, refused):
+    run = finished_run(tmp_path / "run")
+    rewrite(run.path / "summary.json", old, new)
+    assert problem in refused(run.path)
+
+
+@pytest.mark.parametrize("change", [lambda each: each * np.nan, lambda each: each[:, 0], lambda each: each[0, 0, 0]])
+def test_weights_that_cannot_be_are_refused(change: Any, tmp_path: Path, refused):
+    run = finished_run(tmp_path / "run")
+    weights = run.load_policies()
+    assert weights is not None
+    name = "response.layers.1.weight"
+    run.save_policies(weights | {name: np.asarray(change(weights[name]))})
+    assert refused(run.path).startswith(f"{run.path / 'policies.safetensors'}: is damaged")

@@ -47,5 +47,5 @@ def test_a_reward_that_is_the_same_everywhere_is_no_error(tmp_path: Path) -> Non
 
 
 def test_a_reward_that_is_not_finite_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"reward_map.parquet: is damaged \(a reward is not finite\)"):
+    with pytest.raises(InputError, match=r"reward_map.parquet: is damaged: it holds what is no number"):
         map_of(tmp_path, np.full((1, 2, 3), np.nan))

@@ -37,10 +37,10 @@ def test_the_encounter_in_the_middle_is_picked(tmp_path: Path) -> None:
     np.testing.assert_allclose(episode.positions["human"], [[0.1 * step, 0.3] for step in range(STEPS)])
 
 
-def test_an_episode_that_is_not_finite_is_never_picked(tmp_path: Path) -> None:
-    episode = episode_of(tmp_path, [np.nan, 0.5, np.inf])
-    assert episode is not None
-    assert (episode.trajectory, episode.recorded) == (1, 1)
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e101])
+def test_an_episode_that_is_not_finite_is_damage(tmp_path: Path, value: float) -> None:
+    with pytest.raises(InputError, match=r"paths.parquet: is damaged: it holds what is no number"):
+        episode_of(tmp_path, [0.5, value])
 
 
 def test_a_failed_seed_has_no_episode_to_show(tmp_path: Path) -> None:

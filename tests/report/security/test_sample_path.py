@@ -71,3 +71,27 @@ def test_a_missing_column_is_named(tmp_path: Path) -> None:
     run.save_paths({name: np.array([0]) for name in ("seed", "trajectory", "step", "state", "learner_action")})
     with pytest.raises(InputError, match=r"paths.parquet: is damaged: it has no column expert_action"):
         pick_sample_path(RecordedGraph.read(game, run.path), ReportedRun.read(run.path))
+
+
+def test_the_states_of_a_large_network_are_in_several_columns(tmp_path: Path) -> None:
+    names = [f"h{number}" for number in range(70)]
+    edges = [(names[place], names[place + 1], 0.5) for place in range(69)]
+    game = SyntheticGame({"nodes": names, "footholds": ["h0"], "edges": edges}).content()
+    run = RunFolder.create(tmp_path / "run", {"experiment": "security", "algorithm": "gsiirl"}, game)
+    run.append_metrics(0, {"seed": np.array([0]), "iteration": np.array([0])})
+    # All up to h64 are held, then h65 falls: bits 62 to 64, then 65, are the first of the second word.
+    columns = {
+        "seed": [0, 0],
+        "trajectory": [0, 0],
+        "step": [0, 1],
+        "state": [2**62 - 1] * 2,
+        "state_1": [0b111, 0b1111],
+        "learner_action": [0, 0],
+        "expert_action": [64, 65],
+    }
+    run.save_paths({name: np.array(column) for name, column in columns.items()})
+    path = pick_sample_path(RecordedGraph.read(game, run.path), ReportedRun.read(run.path))
+    assert path is not None
+    assert [step.outcome for step in path.steps] == ["taken", "unknown"]
+    assert path.steps[0].fallen == {65}
+    assert path.steps[0].compromised == set(range(66))

@@ -14,7 +14,7 @@ Every function takes one stage game; `vmap` is outside.
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float
 
 from gsiirl.equilibria.stage.branch import follow_branch
 from gsiirl.equilibria.stage.equations import ALL, Allowed, best_response, masked, residual_of
@@ -28,15 +28,13 @@ class StageSolution(eqx.Module):
     """Log-policies of a stage game, with how they were found.
 
     `residual` is max |R| over both sides; `branch_folds` says that the principal branch turned back in λ before the
-    target; `followed` that it was followed at all (not needed where the equilibrium is provably unique); `steps` counts
-    Newton and continuation steps.
+    target; `followed` that it was followed at all (not needed where the equilibrium is provably unique).
     """
 
     log_policies: Sides[Float[Array, " A"]]
     residual: Float[Array, ""]
     branch_folds: Bool[Array, ""]
     followed: Bool[Array, ""]
-    steps: Int[Array, ""]
 
 
 @jax.jit
@@ -65,7 +63,6 @@ def solve_stage(
         residual=jnp.where(unsolved & ~branch.arrived, jnp.inf, polished.size),
         branch_folds=branch.folds,
         followed=unsolved,
-        steps=tried.steps + branch.steps + polished.steps,
     )
 
 

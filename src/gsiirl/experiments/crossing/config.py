@@ -6,7 +6,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gsiirl.experiments.continuous.config import ContinuousConfig
-from gsiirl.experiments.run_config import CHECKED
+from gsiirl.experiments.run_config import CHECKED, MANY
 
 
 @dataclass(frozen=True, kw_only=True, config=CHECKED)
@@ -16,15 +16,15 @@ class CrossingConfig(ContinuousConfig):
     experiment: ClassVar[str] = "crossing"
     preparation: ClassVar[str] = "gsiirl.experiments.crossing.problem:prepare"
 
-    iterations: int = Field(default=100, ge=0)
+    iterations: int = Field(default=100, ge=0, le=MANY)
     """Outer iterations K."""
-    horizon: int = Field(default=30, ge=1)
+    horizon: int = Field(default=30, ge=1, le=10_000)
     """Steps T of an episode."""
-    hidden: int = Field(default=32, ge=1)
+    hidden: int = Field(default=32, ge=1, le=4096)
     """Width of the policy networks' two hidden layers."""
-    inner_steps: int = Field(default=10, ge=1)
+    inner_steps: int = Field(default=10, ge=1, le=MANY)
     """Projected steps on the expert's parameters in each iteration (not in paper: t_k = ceil((k+1)^(1/4)/2))."""
-    solver_steps: int = Field(default=40, ge=1)
+    solver_steps: int = Field(default=40, ge=1, le=MANY)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    training_steps: int = Field(default=2000, ge=1)
+    training_steps: int = Field(default=2000, ge=1, le=MANY)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""

@@ -6,7 +6,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gsiirl.experiments.continuous.config import ContinuousConfig
-from gsiirl.experiments.run_config import CHECKED
+from gsiirl.experiments.run_config import CHECKED, MANY
 
 
 @dataclass(frozen=True, kw_only=True, config=CHECKED)
@@ -18,21 +18,21 @@ class DeceptionConfig(ContinuousConfig):
 
     noise: float = Field(default=0.5, ge=0)
     """Standard deviation of the noise on both sides' actions, before the outer tanh, while the solver learns."""
-    expert_steps: int = Field(default=3, ge=1)
+    expert_steps: int = Field(default=3, ge=1, le=MANY)
     """Steps that the solver's expert takes for each of the learner's."""
     learning_rate: float = Field(default=5e-3, gt=0)
     """Adam's first step on the policy networks; it falls to a tenth, and in training at once, as in settling, to a
     fiftieth."""
-    compared: int = Field(default=16, ge=1)
+    compared: int = Field(default=16, ge=1, le=MANY)
     """Trajectories of each remembered interaction that a step of the lower level compares."""
     model_rate: float = Field(default=5e-3, gt=0)
     """Adam's first step on the modelled responses; it falls to a tenth."""
-    solver_steps: int = Field(default=50, ge=1)
+    solver_steps: int = Field(default=50, ge=1, le=MANY)
     """Solver steps in each outer iteration, from the policies of the last one."""
-    settling_steps: int = Field(default=5000, ge=0)
+    settling_steps: int = Field(default=5000, ge=0, le=MANY)
     """Solver steps that the forward model takes after the last iteration, under the last rewards, before its policies
     are judged and kept; not of `marl` (not in paper)."""
-    training_steps: int = Field(default=5000, ge=1)
+    training_steps: int = Field(default=5000, ge=1, le=MANY)
     """Solver steps of `marl`, and of the best responses that final policies are judged by."""
     variant: Literal["mpe", "separate_target"] = "mpe"
     """`mpe`: both sides want the same landmark, so that r_ld = -r_e; `separate_target`: the adversary wants another."""

@@ -12,8 +12,8 @@ from gsiirl.adapters.numpy_policy import NumpyPolicy
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_from_dict
 from gsiirl.experiments.deception.config import DeceptionConfig
-from gsiirl.program import command
-from gsiirl.progress import shown
+from gsiirl.program.command import command
+from gsiirl.program.progress import shown
 from gsiirl.runs import RunFolder, Statistics
 from gsiirl.runs.files.atomic import refuse_unwritable
 

@@ -7,7 +7,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gsiirl.errors import InputError
-from gsiirl.experiments.run_config import CHECKED, RunConfig
+from gsiirl.experiments.run_config import CHECKED, MANY, RunConfig
 
 
 @dataclass(frozen=True, kw_only=True, config=CHECKED)
@@ -36,7 +36,7 @@ class GameConfig(RunConfig):
     """Ascents in each iteration: from many policies, or from the one before."""
     feedback: Literal["model", "visited"] = "model"
     """Where values of the dependent reward are read: everywhere by the model, or only along what was visited."""
-    iterations: int = Field(default=50, ge=1)
+    iterations: int = Field(default=50, ge=1, le=MANY)
     """Interactions with the expert."""
 
     def resolved(self) -> Self:

@@ -10,6 +10,7 @@ from jaxtyping import Array, PRNGKeyArray
 from gsiirl.baselines.marl import marl
 from gsiirl.compilation import QUICKLY
 from gsiirl.equilibria import Logit
+from gsiirl.errors import InputError
 from gsiirl.evaluation.truth import Truth, Yardsticks
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.game.file import OwnGame, read_game
@@ -105,6 +106,9 @@ def _marl(
     config: GameConfig, learner: CommitmentLearner, expert: RespondingExpert, truth: Truth, yardsticks: Yardsticks
 ) -> Algorithm:
     play = marl(truth.game, truth.rewards, truth.forward_model, truth.discount)
+    if not play.converged:
+        problem = f"at the temperature {truth.temperature:g} its equilibrium is not found"
+        raise InputError("FILE", problem, "give a temperature nearer to the size of the rewards")
 
     def finish(_: Array, key: PRNGKeyArray) -> Ending:
         learner_policy = play.policies.learner

@@ -6,8 +6,8 @@ from pathlib import Path
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict
 from gsiirl.experiments.plans.planned_run import PlannedRun, do, is_finished
-from gsiirl.progress import nobody
-from gsiirl.runs import RunFolder
+from gsiirl.program.progress import nobody
+from gsiirl.runs import RunFolder, clear_lock
 from gsiirl.runs.files.damage import refuse_unreadable
 
 MEND = "use another folder"
@@ -43,6 +43,8 @@ def carry_out(planned: Sequence[PlannedRun], jobs: int = 1, quiet: bool = False)
     """
     check_folders(planned)
     unfinished = [each for each in planned if not is_finished(each.folder)]
+    for finished in {each.folder for each in planned} - {each.folder for each in unfinished}:
+        clear_lock(finished)
     if not unfinished:
         return
     if jobs > 1:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gsiirl.experiments.config import ExperimentConfig
-from gsiirl.progress import Told
+from gsiirl.program.progress import Told
 from gsiirl.runs import RunFolder
 
 

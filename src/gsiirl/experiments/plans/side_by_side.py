@@ -22,7 +22,7 @@ from gsiirl.errors import InputError, InputWarning
 from gsiirl.experiments import runner
 from gsiirl.experiments.config import ExperimentConfig
 from gsiirl.experiments.plans.planned_run import PlannedRun, cores, do, is_finished
-from gsiirl.progress import Begun, shown
+from gsiirl.program.progress import Begun, shown
 
 
 class Started(NamedTuple):

@@ -1,14 +1,16 @@
 """The configuration of the security experiment, in which a defender lives with an attacker (docs/security.md)."""
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gsiirl.errors import InputError
-from gsiirl.experiments.run_config import CHECKED, RunConfig
+from gsiirl.experiments.run_config import CHECKED, MANY, RunConfig
+
+if TYPE_CHECKING:
+    from gsiirl.scenarios import AttackNetwork
 
 Variant = Literal["general_sum", "zero_sum"]
 
@@ -22,12 +24,13 @@ class SecurityConfig(RunConfig):
     double_precision: ClassVar[bool] = True
 
     graph: str | None = None
-    """A NASim scenario's name, or a GraphML or JSON file; without it a random graph is drawn from `graph_seed`."""
-    graph_seed: int = Field(default=0, ge=0)
+    """A NASim scenario's name, or a GraphML, JSON or NASim YAML file; without it a random graph is drawn from
+    `graph_seed`."""
+    graph_seed: int = Field(default=0, ge=0, le=2**31 - 1)
     """Seed of the random graph (not used with `graph`)."""
     nodes: int = Field(default=8, ge=2, le=16)
     """Nodes of the random graph."""
-    edges: int = Field(default=10, ge=1)
+    edges: int = Field(default=10, ge=1, le=225)
     """Edges of the random graph."""
     variant: Variant = "general_sum"
     """`general_sum`: the defender's losses differ from the attacker's gains; `zero_sum`: the paper's, r_ld = -r_e."""
@@ -70,19 +73,20 @@ class SecurityConfig(RunConfig):
     honest_start: bool | None = None
     """Step from the honest commitment, to the dependent reward fitted so far, where that is better (not in paper).
     Commitment to a reward only."""
-    horizon: int = Field(default=10, ge=1)
+    horizon: int = Field(default=10, ge=1, le=10_000)
     """Steps T of an episode."""
     temperature: Annotated[float, Field(gt=0)] | Literal["unknown"] | None = None
-    """Temperature tau in reward units, shared by expert and forward model; default 0.4, and 0.05 on NASim
-    scenarios, whose largest value is 1. `unknown`: the expert has the default, and the learner is not told."""
+    """Temperature tau in reward units, shared by expert and forward model; default 0.4, on your own file 0.4 times its
+    largest value or attack cost, and on NASim scenarios 0.05 times that. `unknown`: the expert has the default, and the
+    learner is not told."""
     discount: float = Field(default=0.95, gt=0, le=1)
     """Discount gamma."""
     regularisation: float = Field(default=1e-3, gt=0)
     """Weight lambda of the lower level's squared norm."""
     reward_bound: float | None = Field(default=None, gt=0)
-    """Bound on any one reward weight, all that is known of the rewards beforehand; default 1.5 on random graphs, 1 on
-    NASim scenarios, and the largest value or loss in a file."""
-    inner_steps: int = Field(default=10, ge=1)
+    """Bound on any one reward weight, all that is known of the rewards beforehand; default 1.5 on random graphs, else
+    the largest value, loss or attack cost (1 on NASim's own scenarios)."""
+    inner_steps: int = Field(default=10, ge=1, le=MANY)
     """Projected steps on the expert's parameters in each iteration (schedule `adam`)."""
     inner_step_size: float = Field(default=0.02, gt=0)
     """Step of the lower level: Adam's, in the unit ball, or the paper's on tau times the gradient."""
@@ -93,14 +97,14 @@ class SecurityConfig(RunConfig):
     scenarios."""
     step_decay: float = Field(default=20.0, gt=0)
     """Iterations after which the upper level's step is halved: step_size / (1 + k / step_decay)."""
-    remembered: int | None = Field(default=None, ge=1)
+    remembered: int | None = Field(default=None, ge=1, le=MANY)
     """Interactions (policy played, demonstrations) that the lower level remembers, the newest always among them;
     default all with the likelihood, 16 with matching (paper 1)."""
     perturbation: float | None = Field(default=None, gt=0)
     """SPSA's first perturbation in the unit ball; default 0.05 (paper 1)."""
     perturbation_decay: float | None = Field(default=None, ge=0)
     """SPSA's perturbation falls as 1/(k+1) to this power; default 0.101 (paper 1)."""
-    draws: int = Field(default=1, ge=1)
+    draws: int = Field(default=1, ge=1, le=10_000)
     """SPSA's directions in each iteration."""
 
     def resolved(self) -> Self:
@@ -109,19 +113,14 @@ class SecurityConfig(RunConfig):
         Raises:
             InputError: the hypergradient's estimator does not go with the solver or the lower level.
         """
-        from gsiirl.scenarios import load_network
+        from gsiirl.scenarios import is_own_file
         from gsiirl.scenarios.random_graph import VALUE
 
-        bound, smoothness = VALUE[1], 60.0
-        if self.graph is not None and Path(self.graph).is_file():
-            network = load_network(self.graph, self.variant)
-            bound = float(max(abs(network.value).max(), abs(network.criticality).max())) or 1.0
-        elif self.graph is not None:
-            bound, smoothness = 1.0, 1.5
+        network = self.network()
         preset: dict[str, Any] = {
-            "temperature": self._default_temperature,
-            "reward_bound": bound,
-            "smoothness": smoothness,
+            "temperature": self.expert_temperature(network),
+            "reward_bound": VALUE[1] if self.graph is None else network.largest_weight,
+            "smoothness": 60.0 if self.graph is None or is_own_file(self.graph) else 1.5,
         }
         by_reward = self.algorithm == "paper" or self.expert == "simulated"
         if (self.commitment or ("reward" if by_reward else "policy")) == "policy":
@@ -148,16 +147,43 @@ class SecurityConfig(RunConfig):
             )
         return full
 
-    @property
-    def expert_temperature(self) -> float:
-        """The expert's temperature, whether or not the learner is told."""
+    def network(self) -> "AttackNetwork":
+        """The attack network that is named.
+
+        Raises:
+            InputError: there is none.
+        """
+        from gsiirl.scenarios import load_network, random_network
+
+        if self.graph is not None:
+            return load_network(self.graph, self.variant)
+        return random_network(self.graph_seed, self.nodes, self.edges, self.variant)
+
+    def scales_of_file(self) -> str | None:
+        """What a run takes for the scale of the rewards in a file, in words; None where there is no file.
+
+        Raises:
+            InputError: see `resolved`.
+        """
+        from gsiirl.scenarios import is_file
+
+        if self.graph is None or not is_file(self.graph):
+            return None
+        network, full = self.network(), self.resolved()
+        temperature = full.expert_temperature(network)
+        given = self.temperature if isinstance(self.temperature, float) else None
+        why = f" ({temperature / network.unit:g} x the largest value or attack cost)" if given is None else ""
+        return f"{self.graph}: temperature {temperature:,.10g}{why}, bound of a reward weight {full.reward_bound:,.10g}"
+
+    def expert_temperature(self, network: "AttackNetwork") -> float:
+        """The expert's temperature on the network, whether or not the learner is told."""
+        from gsiirl.scenarios import is_own_file
+
         if isinstance(self.temperature, float):
             return self.temperature
-        return self._default_temperature
-
-    @property
-    def _default_temperature(self) -> float:
-        return 0.4 if self.graph is None or Path(self.graph).is_file() else 0.05
+        if self.graph is None:
+            return SOFT
+        return network.unit * (SOFT if is_own_file(self.graph) else SHARP)
 
     def _refuse_what_does_not_go_together(self) -> None:
         if self.commitment == "reward":
@@ -184,6 +210,9 @@ class SecurityConfig(RunConfig):
                 strange[0], f"{value} does not go with a commitment to a {self.commitment}", f"use --commitment {mend}"
             )
 
+
+SOFT, SHARP = 0.4, 0.05
+"""Default temperatures, the sharp one on NASim's scenarios: in units of the largest value or attack cost of a file."""
 
 POLICY: dict[str, Any] = {
     "commitment": "policy",

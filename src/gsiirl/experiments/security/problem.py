@@ -20,11 +20,11 @@ from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.irl.inference import LikelihoodLevel, MatchingLevel
 from gsiirl.irl.posterior import Inference
 from gsiirl.learners.bilevel import Bilevel
-from gsiirl.learners.commitment_learner import CommitmentLearner, remembered
+from gsiirl.learners.commitment_learner import CommitmentLearner
 from gsiirl.learners.reward_learner import RewardGSIIRL
+from gsiirl.limits import remembered
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
-from gsiirl.scenarios import load_network, random_network
 from gsiirl.scenarios.network import AttackNetwork
 from gsiirl.types import Sides
 
@@ -50,17 +50,10 @@ class SecurityProblem(eqx.Module):
         return self.learner
 
 
-def network_of(config: SecurityConfig) -> AttackNetwork:
-    """The attack network a configuration names."""
-    if config.graph is not None:
-        return load_network(config.graph, config.variant)
-    return random_network(config.graph_seed, config.nodes, config.edges, config.variant)
-
-
 def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
     """Build the problem of a resolved configuration on its network."""
     assert config.reward_bound is not None, "the configuration is not resolved"
-    temperature = config.expert_temperature
+    temperature = config.expert_temperature(network)
     game = AttackGraph.create(
         network, config.horizon, learner_no_op=config.learner_no_op, expert_no_op=config.expert_no_op
     )
@@ -73,7 +66,7 @@ def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
     own_reward = rewards.own_reward(game, network)
     dependent_table = dependent.payoff(jnp.asarray(dependent_weights))
     expert_table = attack.payoff(jnp.asarray(expert_weights))
-    forward_model = _forward_model(config)
+    forward_model = _forward_model(config, temperature)
     bilevel = Bilevel(
         game=game,
         own_reward=own_reward,
@@ -139,7 +132,7 @@ def _policy_learner(config: SecurityConfig, bilevel: Bilevel) -> CommitmentLearn
         feedback=_given(config.feedback),
         many_starts=config.starts == "many",
         informative_rounds=config.iterations // 2,
-        remembered=config.remembered or remembered(game, config.iterations),
+        remembered=config.remembered or remembered(game.policy_size, config.iterations),
     )
 
 
@@ -181,14 +174,14 @@ def _hypergradient(config: SecurityConfig) -> AbstractEstimator:
             return SPSA(response, _given(config.perturbation), _given(config.perturbation_decay), config.draws)
 
 
-def _forward_model(config: SecurityConfig) -> AbstractForwardModel:
+def _forward_model(config: SecurityConfig, temperature: float) -> AbstractForwardModel:
     match config.solver:
         case "q_learning":
             return QLearning()
         case "soft_joint":
-            return SoftJoint(config.expert_temperature)
+            return SoftJoint(temperature)
         case _:
-            return Logit(config.expert_temperature)
+            return Logit(temperature)
 
 
 def _given(value: Value | None) -> Value:

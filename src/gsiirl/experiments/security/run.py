@@ -10,12 +10,14 @@ from jaxtyping import Array, PRNGKeyArray, PyTree
 from gsiirl.baselines.marl import marl
 from gsiirl.compilation import QUICKLY
 from gsiirl.equilibria import AbstractSolution, LogitSolution
+from gsiirl.errors import InputError
 from gsiirl.evaluation.reward_similarity import RewardSimilarity
 from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, saved
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
 from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.experiments.security.cost import check_memory
 from gsiirl.experiments.security.observed_attacks import observed_attacks
-from gsiirl.experiments.security.problem import SecurityProblem, build, network_of
+from gsiirl.experiments.security.problem import SecurityProblem, build
 from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.games.rollout import rollout
 from gsiirl.interaction import CHUNK, interact
@@ -30,15 +32,16 @@ def prepare(config: SecurityConfig, saved_game: Path | None = None) -> PreparedR
     """The run of a resolved configuration; `saved_game` is the `game.json` of a run to go on with.
 
     Raises:
-        InputError: when there is no such network.
+        InputError: when there is no such network, its game takes too much memory, or no equilibrium of it is found.
     """
     # A run goes on with the network as it was, wherever the file it came from may be now.
-    network = network_of(config) if saved_game is None else read_network(saved_game, config.variant)
+    network = config.network() if saved_game is None else read_network(saved_game, config.variant)
+    check_memory(config, network)
     problem = build(config, network)
     bilevel = problem.bilevel
     # What the paper's way learns is in the unit ball; a policy's learner has weights in units of the temperature.
     by_policy = isinstance(problem.learner, CommitmentLearner) and config.algorithm in ("gsiirl", "paper")
-    unit = 1.0 if config.temperature == "unknown" else config.expert_temperature
+    unit = 1.0 if config.temperature == "unknown" else bilevel.temperature
     scales = {name: float(bilevel.expert_reward.scale) for name in ("expert_reward", "dependent_reward", "commitment")}
     scales |= {"expert_reward": unit, "dependent_reward": 1.0} if by_policy else {}
     names = {"expert_reward": bilevel.expert_reward.features.names}
@@ -197,7 +200,11 @@ _ALGORITHMS = {"gsiirl": _gsiirl, "paper": _gsiirl, "ma-irl": _ma_irl, "marl": _
 def _true_play(config: SecurityConfig, problem: SecurityProblem) -> AbstractSolution:
     """Play of the true game, from which both baselines start."""
     truth = problem.truth
-    return marl(problem.game, truth.rewards, truth.forward_model, config.discount)
+    play = marl(problem.game, truth.rewards, truth.forward_model, config.discount)
+    if isinstance(play, LogitSolution) and not play.converged:
+        problem_found = f"at {truth.temperature:g} the game's equilibrium is not found"
+        raise InputError("temperature", problem_found, "give one nearer to the size of the rewards")
+    return play
 
 
 class _Judge:
@@ -247,8 +254,11 @@ def _solved(proposal: AbstractSolution) -> Record:
 def _sample_paths(problem: SecurityProblem, played: Array, key: PRNGKeyArray) -> dict[str, Array]:
     """Episodes of the learner's policy and the true expert's response to it."""
     paths = deployed_episodes(problem.truth, played, key)
+    masks = jnp.asarray(problem.game.masks)[paths.states]
+    # A large network's masks are in several words, and in as many columns.
+    words = [masks] if masks.ndim == paths.states.ndim else jnp.moveaxis(masks, -1, 0)
     return {
-        "state": jnp.asarray(problem.game.masks)[paths.states],
+        **{f"state_{word}" if word else "state": each for word, each in enumerate(words)},
         "learner_action": paths.actions.learner,
         "expert_action": paths.actions.expert,
     }

@@ -30,7 +30,7 @@ class RewardMap:
         """The map of the kept seeds, or None where the run holds none.
 
         Raises:
-            InputError: the table lacks a column, or is no grid of finite rewards.
+            InputError: the table lacks a column, or is no grid.
         """
         if run.reward_map is None:
             return None
@@ -41,8 +41,6 @@ class RewardMap:
             x, y = (kept[name].unique().sort().to_numpy() for name in ("x", "y"))
             shape = (kept["seed"].n_unique(), len(y), len(x))
             learned, true = (kept[name].to_numpy().reshape(shape) for name in ("learned", "true"))
-            if not np.isfinite([learned, true]).all():
-                raise ValueError("a reward is not finite")
         except (polars.exceptions.PolarsError, ValueError) as error:
             raise InputError(str(run.path / "reward_map.parquet"), f"is damaged ({error})", START_AGAIN) from error
         rows, columns = np.unravel_index(learned.reshape(len(learned), -1).argmax(axis=1), shape[1:])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gsiirl.errors import InputError
-from gsiirl.program import command
+from gsiirl.program.command import command
 from gsiirl.report.figures.style import figure_style
 from gsiirl.report.output.writing import write_files
 from gsiirl.report.page.game_figures import draw_figures, network_of

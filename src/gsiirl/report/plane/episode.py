@@ -38,15 +38,12 @@ class PlaneEpisode:
 def pick_episode(
     run: ReportedRun, bodies: Sequence[str], score: Callable[[PlaneEpisode], float]
 ) -> PlaneEpisode | None:
-    """The recorded episode whose score is the median; of two in the middle the lower, of equals the first.
-
-    Episodes with a value that is not finite are left out; None where none remains.
+    """The recorded episode whose score is the median; of two in the middle the lower, of equals the first; or None.
 
     Raises:
         InputError: the table of the paths lacks a column.
     """
     tables = run.trajectories([f"{body}_{axis}" for body in bodies for axis in "xy"])
-    tables = [table for table in tables if np.isfinite(table.to_numpy()).all()]
     ranked = sorted((_episode(table, bodies, len(tables)) for table in tables), key=score)
     return ranked[(len(ranked) - 1) // 2] if ranked else None
 

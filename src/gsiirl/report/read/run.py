@@ -9,7 +9,7 @@ import numpy as np
 import polars
 
 from gsiirl.errors import InputError
-from gsiirl.program import command
+from gsiirl.program.command import command
 from gsiirl.report.read.estimate import Estimate
 from gsiirl.report.read.made import Made
 from gsiirl.report.read.undefined import undefined_correlations
@@ -81,9 +81,9 @@ class ReportedRun:
             ends=_ends(metrics),
             undefined=undefined,
             metrics=metrics.filter(~polars.col("seed").is_in(summary.failed_seeds)).drop(*undefined),
-            learned=folder.load_learned(),
-            paths=folder.paths(),
-            reward_map=folder.reward_map(),
+            learned=folder.load_learned(summary),
+            paths=folder.paths(summary),
+            reward_map=folder.reward_map(summary),
             wall_seconds=None if environment is None else environment.wall_seconds,
             made=Made.of(folder, environment, summary.seeds),
         )

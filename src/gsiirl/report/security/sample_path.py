@@ -9,6 +9,9 @@ from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.security.recorded_graph import OUTSIDE, RecordedGraph
 from gsiirl.runs.files.damage import START_AGAIN
 
+WORD = 62
+"""Nodes in one column of the states."""
+
 
 @dataclass(frozen=True)
 class PathStep:
@@ -41,23 +44,29 @@ def pick_sample_path(graph: RecordedGraph, run: ReportedRun) -> SamplePath | Non
     Raises:
         InputError: the table of the paths lacks a column.
     """
-    actions = ("expert_action", "learner_action", "state")
-    trajectories, count = run.trajectories(actions), len(graph.edges)
+    trajectories, count = run.trajectories(("expert_action", "learner_action", "state")), len(graph.edges)
     if not trajectories:
         return None
-    for name, limit in (
-        ("expert_action", count + 1),
-        ("learner_action", count + 1),
-        ("state", 2 ** min(len(graph.nodes), 63)),
-    ):
+    states = [name for name in trajectories[0].columns if name.startswith("state")]
+    limits = {"expert_action": count + 1, "learner_action": count + 1}
+    limits |= {name: 1 << min(len(graph.nodes), WORD) for name in states}
+    for name, limit in limits.items():
         if not all(
             table[name].dtype == polars.Int64 and table[name].is_between(0, limit - 1).all() for table in trajectories
         ):
             raise InputError(str(run.path / "paths.parquet"), f"is damaged: {name} is none of the game", START_AGAIN)
-    chosen = max(trajectories, key=lambda table: int(table["state"][-1]).bit_count())
-    rows = chosen.select(*actions, following=polars.col("state").shift(-1)).rows()
+    chosen = max(trajectories, key=lambda table: _states(table)[-1].bit_count())
+    states = _states(chosen)
+    rows = zip(chosen["expert_action"], chosen["learner_action"], states, [*states[1:], None], strict=True)
     steps = [_step(graph, *row) for row in rows]
     return SamplePath(int(chosen["seed"][0]), int(chosen["trajectory"][0]), len(trajectories), steps)
+
+
+def _states(table: polars.DataFrame) -> list[int]:
+    """The bitmasks of a trajectory; a large network's are in several columns, `WORD` nodes in each."""
+    names = ["state", *(name for name in table.columns if name.startswith("state_"))]
+    columns = sorted(names, key=lambda name: int(name.removeprefix("state").removeprefix("_") or 0))
+    return [sum(int(word) << WORD * place for place, word in enumerate(row)) for row in table.select(columns).rows()]
 
 
 def _step(graph: RecordedGraph, attack: int, block: int, state: int, following: int | None) -> PathStep:

@@ -1,0 +1,30 @@
+"""A short run of the fuzzer of run folders."""
+
+import random
+from pathlib import Path
+
+import pytest
+from fuzz import fuzz_run_folder
+from fuzz.fuzz_run_folder import fuzz
+
+from gsiirl.runs.files import json_file
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "inputs"), [("json", 2000), ("binary", 1000), ("earlier", 20)])
+def test_damaged_run_folders_are_refused_in_one_line(kind: str, inputs: int, tmp_path: Path):
+    counts = fuzz(kind, inputs, 0, tmp_path)
+    assert sum(counts.values()) == inputs
+    assert {name.split()[-1] for name in counts} >= {"refused"}
+
+
+@pytest.mark.slow
+def test_a_planted_fault_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(json_file, "LARGEST", float("inf"))
+    with pytest.raises(AssertionError, match=r"input .* of seed 0"):
+        fuzz("json", 2000, 0, tmp_path)
+
+
+def test_damage_is_the_same_for_the_same_seed():
+    content = b'{"checksum": "x", "a": [1, 2.5, {"b": null}]}'
+    assert len({fuzz_run_folder.damaged_json(content, random.Random(1)) for _ in range(5)}) == 1
