@@ -52,9 +52,9 @@ from gsiirl.games import TabularGame
 from gsiirl.problems.problem import Problem
 from gsiirl.report.crossing.figures import RecordedCrossing, RewardMap, smallest_distance
 from gsiirl.report.deception.recorded_episode import BODIES, advantage, true_weights
+from gsiirl.report.page.game_figures import network_of
 from gsiirl.report.page.out_folder import refuse_foreign_files
 from gsiirl.report.page.report import Report, Section
-from gsiirl.report.page.verdicts import verdicts
 from gsiirl.report.plane.episode import pick_episode
 from gsiirl.report.read.group import group_runs
 from gsiirl.report.read.run import ReportedRun
@@ -62,6 +62,7 @@ from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.security.sample_path import pick_sample_path
 from gsiirl.report.tables.comparison import compare
 from gsiirl.report.tables.quality import judge
+from gsiirl.report.tables.rivals import rivals_of
 from gsiirl.runs import Ablation, AblationVariant, Findings, RunFolder, summarise
 from gsiirl.runs.files.checksum import NAME, PLACE
 from gsiirl.runs.files.json_file import encode_json
@@ -171,7 +172,7 @@ def read_run(folder: Path) -> None:
     (group,) = group_runs([run])
     RunFolder.open(folder).load_policies()
     RunFolder.open(folder).load_checkpoint()
-    report = Report([Section(group, verdicts(group), compare(group), judge(group), [])], [])
+    report = Report([Section(group, rivals_of(group), compare(group), judge(group), [], network_of(group))], [])
     encode_json("table.json", report.json([]))
     report.markdown().encode()
     kind = group.game.get("kind")

@@ -12,7 +12,7 @@ from gsiirl.report.read.group import GameGroup
 from gsiirl.report.tables.rivals import rivals_of
 
 ENDS = [-4.6, -4.7, -4.5]
-BEST = {"ceiling_return_learner": -4.5, "sharp_return_learner": -4.9}
+BEST: dict[str, Any] = {"ceiling_return_learner": -4.5, "sharp_return_learner": -4.9}
 
 
 def said(group: GameGroup) -> list[str]:

@@ -1,6 +1,7 @@
 """The learner beside its rivals."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from report.made_up import group_of, made_up_run
 from gsiirl.report.tables.rivals import rivals_of
 
 ENDS = [-4.6, -4.7, -4.5]
-BEST = {"ceiling_return_learner": -4.5, "sharp_return_learner": -4.9}
+BEST: dict[str, Any] = {"ceiling_return_learner": -4.5, "sharp_return_learner": -4.9}
 
 
 def test_the_rivals_are_in_their_order(tmp_path: Path) -> None:
