@@ -49,5 +49,6 @@ def figure_style() -> Iterator[None]:
     """Inside, matplotlib has its defaults and this style, whatever the user has set; afterwards the user's settings."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        with matplotlib.rc_context(STYLE | dict[Any, Any]({"font.family": font_families()})):
+        families: dict[Any, Any] = {"font.family": font_families()}
+        with matplotlib.rc_context(STYLE | families):
             yield

@@ -45,9 +45,8 @@ class NetworkTable:
 
 def network_table(graph: RecordedGraph, run: ReportedRun | None) -> NetworkTable:
     """The table of a network, with what a run learned of it."""
-    learned, attacks, chances = (
-        None if run is None else _mean(run, name) for name in ("expert_reward", "attacks", "chances")
-    )
+    learned = None if run is None else _mean(run, "expert_reward", len(graph.nodes) + len(graph.edges))
+    attacks, chances = (None if run is None else _mean(run, name, len(graph.edges)) for name in ("attacks", "chances"))
     count, numbered = len(graph.nodes), are_numbered(graph.nodes)
     untested = [] if run is None else untested_hosts(graph, run)
     digits = default_digits(float(np.abs(graph.expert_truth).max()))
@@ -79,7 +78,7 @@ def network_table(graph: RecordedGraph, run: ReportedRun | None) -> NetworkTable
 
 def untested_hosts(graph: RecordedGraph, run: ReportedRun) -> list[int]:
     """The machines that can fall and that no attack with a chance was ever seen at; [] where none is recorded."""
-    chances = _mean(run, "chances")
+    chances = _mean(run, "chances", len(graph.edges))
     if chances is None:
         return []
     return [node for node in range(len(graph.nodes)) if graph.can_fall(node) and not _chances_at(graph, node, chances)]
@@ -90,9 +89,10 @@ def _chances_at(graph: RecordedGraph, node: int, chances: np.ndarray) -> float:
     return float(sum(chances[edge] for edge, (_, target) in enumerate(graph.edges) if target == node))
 
 
-def _mean(run: ReportedRun, name: str) -> np.ndarray | None:
+def _mean(run: ReportedRun, name: str, count: int) -> np.ndarray | None:
+    """The mean over seeds of what was learned, or counted, of `count` things; None where the run has none of them."""
     weights = run.weights(name)
-    return None if weights is None else weights.mean(axis=0)
+    return None if weights is None or weights.shape[1] != count else weights.mean(axis=0)
 
 
 def _learned(learned: np.ndarray | None, place: int, digits: int) -> str:
