@@ -91,9 +91,9 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]):
 
 def test_fields_are_flags(runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     out = tmp_path / "run"
-    flags = "--algorithm ma-irl --graph none --graph-seed=3 --temperature 1e-1 --learner-no-op --no-expert-no-op"
+    flags = "--algorithm ma-irl --graph tiny --graph-seed=3 --temperature 1e-1 --learner-no-op --no-expert-no-op"
     assert main(["run", "security", *flags.split(), "--out", str(out)]) == 0
-    expected = SecurityConfig(algorithm="ma-irl", graph="none", graph_seed=3, temperature=0.1, learner_no_op=True)
+    expected = SecurityConfig(algorithm="ma-irl", graph="tiny", graph_seed=3, temperature=0.1, learner_no_op=True)
     assert runner.calls == [(expected, out)]
     [line] = capsys.readouterr().out.splitlines()
     assert f"gsiirl report {out}" in line
@@ -252,8 +252,8 @@ def test_bad_input_found_by_the_runner_gets_one_line(runner: ModuleType, refused
         raise InputError("--graph", f"{config.graph} is not known", "see `gsiirl list`")
 
     runner.__dict__["run"] = run
-    message = refused(["run", "security", "--graph", "smal", "--out", "x"])
-    assert message == "--graph: smal is not known; see `gsiirl list`"
+    message = refused(["run", "security", "--graph", "small", "--out", "x"])
+    assert message == "--graph: small is not known; see `gsiirl list`"
 
 
 def test_settings_that_do_not_go_together_get_one_line(refused: Message, tmp_path: Path):
