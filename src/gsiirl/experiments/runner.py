@@ -171,6 +171,8 @@ def _go_on(
     with _written(folder):
         _finish(folder, prepared, ending, seeds, chunk, references)
         folder.write_environment(_environment(time.perf_counter() - began, checkpoint is not None))
+        # Last: a run with a summary is over.
+        folder.write_summary(summarise(folder.config, folder.metrics(), completed=True))
 
 
 def _written(folder: RunFolder) -> AbstractContextManager[None]:
@@ -191,7 +193,7 @@ def over_seeds(together: int | None, function: Callable[..., PyTree], seeds: Arr
 def _finish(
     folder: RunFolder, prepared: PreparedRun, ending: Ending, seeds: Array, chunk: int, references: dict[str, float]
 ) -> None:
-    """The last iteration's row, sample paths, what was learned, the policies, and the summary."""
+    """Write the last iteration's row, sample paths, what was learned, and the policies."""
     record = {name: value[:, None] for name, value in ending.record.items()}
     folder.append_metrics(chunk, _rows(record, seeds, prepared.iterations, references))
     folder.save_paths(_table(ending.paths, seeds, ("trajectory", "step")))
@@ -206,7 +208,6 @@ def _finish(
         )
     if ending.policies:
         folder.save_policies({name: np.asarray(value) for name, value in ending.policies.items()})
-    folder.write_summary(summarise(folder.config, folder.metrics(), completed=True))
 
 
 def _keys(seed: Array) -> Key[Array, " 3"]:
