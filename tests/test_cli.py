@@ -17,7 +17,7 @@ from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_d
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.program.progress import nobody
 from gsiirl.runs import Findings, RunFolder, Summary
-from gsiirl.runs.files.json_file import write_json
+from gsiirl.runs.files.json_file import versioned, write_json
 from gsiirl.scenarios import load_network
 
 Message = Callable[[list[str]], str]
@@ -71,7 +71,7 @@ def refused(capsys: pytest.CaptureFixture[str]) -> Message:
 def make_run(folder: Path, config: ExperimentConfig | None = None, **changes: object) -> Path:
     folder.mkdir(parents=True)
     game = {"format_version": 1, "kind": "attack_graph"}
-    write_json(folder / "config.json", config_to_dict(config or SecurityConfig()) | changes)
+    write_json(folder / "config.json", versioned(config_to_dict(config or SecurityConfig()) | changes))
     write_json(folder / "game.json", game)
     return folder
 

@@ -19,6 +19,7 @@ from gsiirl.experiments.config import (
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.runs.files.json_file import versioned
 from gsiirl.scenarios import AttackNetwork
 from tests import helpers
 
@@ -183,14 +184,13 @@ def test_an_unreadable_file_is_told(tmp_path: Path, content: bytes | None, probl
 )
 def test_a_configuration_survives_its_file(experiment: str, config: ExperimentConfig):
     content = config_to_dict(config)
-    assert (content["format_version"], content["experiment"]) == (1, experiment)
-    assert config_from_dict(json.loads(json.dumps(content)), Path("config.json")) == config
+    assert content["experiment"] == experiment
+    assert config_from_dict(json.loads(json.dumps(versioned(content))), Path("config.json")) == config
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"format_version": 2}, "format_version in run/config.json: cannot be 2; this version of gsiirl reads 1"),
         (
             {"experiment": "x"},
             "experiment in run/config.json: cannot be 'x'; "

@@ -15,8 +15,6 @@ from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
 
-FORMAT_VERSION = 1
-
 ExperimentConfig = SecurityConfig | CrossingConfig | DeceptionConfig | GameConfig
 Config = TypeVar("Config", bound=ExperimentConfig)
 
@@ -85,21 +83,18 @@ def load_config_file(kind: type[Config], path: Path | None, flags: Mapping[str, 
 
 
 def config_to_dict(config: ExperimentConfig) -> dict[str, Any]:
-    """What `config.json` holds: the format's version, the experiment and every field."""
-    return {"format_version": FORMAT_VERSION, "experiment": config.experiment, **asdict(config)}
+    """What `config.json` holds besides its format's version: the experiment and every field."""
+    return {"experiment": config.experiment, **asdict(config)}
 
 
 def config_from_dict(content: Mapping[str, Any], source: Path) -> ExperimentConfig:
     """The configuration in the content of a `config.json`; `source` is its path, for errors.
 
     Raises:
-        InputError: see `load_config`; or the file is of another format, or of an experiment that is not known.
+        InputError: see `load_config`; or the file is of an experiment that is not known.
     """
-    values = dict(content)
-    version, experiment = values.pop("format_version", None), values.pop("experiment", None)
-    if version != FORMAT_VERSION:
-        mend = f"this version of gsiirl reads {FORMAT_VERSION}"
-        raise InputError(f"format_version in {source}", f"cannot be {version!r}", mend)
+    values = {name: value for name, value in content.items() if name != "format_version"}
+    experiment = values.pop("experiment", None)
     if experiment not in EXPERIMENTS:
         mend = f"this version of gsiirl knows {', '.join(EXPERIMENTS)}"
         raise InputError(f"experiment in {source}", f"cannot be {experiment!r}", mend)

@@ -12,8 +12,6 @@ from gsiirl.experiments.run_config import CHECKED, MANY, RunConfig
 if TYPE_CHECKING:
     from gsiirl.scenarios import AttackNetwork
 
-Variant = Literal["general_sum", "zero_sum"]
-
 
 @dataclass(frozen=True, kw_only=True, config=CHECKED)
 class SecurityConfig(RunConfig):
@@ -32,7 +30,7 @@ class SecurityConfig(RunConfig):
     """Nodes of the random graph."""
     edges: int = Field(default=10, ge=1, le=225)
     """Edges of the random graph."""
-    variant: Variant = "general_sum"
+    variant: Literal["general_sum", "zero_sum"] = "general_sum"
     """`general_sum`: the defender's losses differ from the attacker's gains; `zero_sum`: the paper's, r_ld = -r_e."""
     learner_no_op: bool = False
     """Let the defender also block nothing, at no cost."""
