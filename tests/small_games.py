@@ -93,17 +93,21 @@ def expected_counts(game: FiniteGame, policy: Floats) -> Floats:
 
 
 def made_result(given: Problem | None = None, seed: int = 0) -> Result:
-    """A result that no run came to: uniform policies, weights 0, 1, 2, …"""
+    """A result that no run came to: uniform policies, weights 0, 1, 2, …, and draws of deviation 0.1 around them."""
     problem: Problem = problem_of(finite_game()) if given is None else given
+    weights = np.arange(float(len(problem.expert_names))) + seed
     return Result.learned(
         problem=problem,
         seed=seed,
         trajectories=20,
         policy=uniform(LEARNER_ACTIONS),
         expert_policy=uniform(EXPERT_ACTIONS),
-        expert_weights=np.arange(float(len(problem.expert_names))) + seed,
+        expert_weights=weights,
         dependent_weights=np.arange(float(len(problem.dependent_names))),
-        history=polars.DataFrame({"iteration": [1], "expert_trajectories": [20], "fit_decrement": [0.0005]}),
+        draws=weights + np.random.default_rng(seed).normal(0.0, 0.1, (40, len(weights))),
+        history=polars.DataFrame(
+            {"iteration": [1], "expert_trajectories": [20], "fit_decrement": [0.0005], "prior_deviation": [3.0]}
+        ),
         played=uniform(LEARNER_ACTIONS)[None],
         effective_draws=40.0,
         sampled=False,

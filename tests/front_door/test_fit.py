@@ -389,6 +389,9 @@ def test_a_saved_result_holds_its_problem(features: str | None, tmp_path: Path) 
     assert list(after.expert_reward) == list(before.expert_reward)
     np.testing.assert_array_equal(after.expert_reward.table, before.expert_reward.table)
     np.testing.assert_array_equal(after.reached, before.reached)
+    for one, other in zip(after.expert_reward.interval(0.8), before.expert_reward.interval(0.8), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert after.expert_reward.undetermined == before.expert_reward.undetermined
     one, other = before.problem, after.problem
     assert (one.temperature, one.discount, one.reward_scale) == (other.temperature, other.discount, other.reward_scale)
     for name in ("own_reward", "dependent_value", "game"):
@@ -449,6 +452,7 @@ def test_where_the_game_never_arrives_the_policy_is_uniform_over_what_is_allowed
         expert_policy=made.expert_policy,
         expert_weights=made.expert_reward.weights,
         dependent_weights=made.dependent_reward.weights,
+        draws=made.expert_reward.draws,
         history=made.history,
         played=made.played,
         effective_draws=1.0,

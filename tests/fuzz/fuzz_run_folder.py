@@ -138,6 +138,7 @@ def make_game(folder: Path) -> None:
         expert_policy=WEIGHTS["expert.table"][0],
         expert_weights=np.zeros(len(names["expert_reward"])),
         dependent_weights=np.zeros(len(names["dependent_reward"])),
+        draws=np.zeros((3, len(names["expert_reward"]))),
         history=polars.DataFrame({"iteration": [0, 1], "fit_decrement": [0.1, 0.2]}),
         played=np.zeros((2, 3, 2, 2)),
         effective_draws=3.0,

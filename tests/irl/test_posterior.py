@@ -225,3 +225,17 @@ def test_no_rounds_leave_the_chains_at_the_estimate() -> None:
     inference, memory = one_shot(np.array([1.0, 3.0]), 3.0)
     values = chains(inference, memory, jnp.asarray(0))
     np.testing.assert_allclose(values, np.broadcast_to(fitted(inference, memory).mean, (CHAINS, 1)))
+
+
+@pytest.mark.parametrize(("counts", "deviation"), [([40.0, 60.0], 3.0), ([0.0, 3.0], 3.0), ([0.0, 1.0], 30.0)])
+def test_equal_draws_have_the_quantiles_of_the_posterior(counts: list[float], deviation: float) -> None:
+    # In the last case the posterior is far from Gaussian, and chains take the place of weighted draws.
+    inference, memory = one_shot(np.array(counts), deviation)
+    before = fitted(inference, memory)
+    draws = eqx.filter_jit(inference.equal_draws)(before, memory, 2000, KEY)
+    theta = np.linspace(-150, 150, 600_001)
+    log = counts[1] * theta - sum(counts) * np.logaddexp(0, theta) - 0.5 * (theta / deviation) ** 2
+    distribution = np.cumsum(np.exp(log - log.max()))
+    for level in (0.05, 0.5, 0.95):
+        share = np.interp(float(jnp.quantile(draws[:, 0], level)), theta, distribution / distribution[-1])
+        assert abs(share - level) <= 5 * np.sqrt(level * (1 - level) / 1000)

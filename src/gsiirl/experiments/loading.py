@@ -53,6 +53,8 @@ def load(folder: str | Path, seed: int | None = None) -> Result:
             expert_policy=arrays["expert_policy"],
             expert_weights=arrays["expert_weights"],
             dependent_weights=arrays["dependent_weights"],
+            # Results of earlier versions have none.
+            draws=arrays.get("expert_draws", np.zeros((0, *arrays["expert_weights"].shape))),
             history=history,
             played=arrays["played"],
             effective_draws=saved.effective_draws,
@@ -104,6 +106,7 @@ def load_run(path: Path, seed: int | None) -> Result:
         expert_policy=policies["expert.table"][place],
         expert_weights=learned.weights("expert_reward")[place],
         dependent_weights=learned.weights("dependent_reward")[place],
+        draws=np.zeros((0, learned.weights("expert_reward").shape[1])),
         history=history,
         played=np.zeros((0, *policy.shape)),
         effective_draws=float(effective),

@@ -147,6 +147,7 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
                 rows.append(jax.tree.map(np.asarray, _report(learner, states)))
             assert states is not None, "there is at least one iteration"
             ended = jax.tree.map(np.asarray, _end(learner, states, keys[:, 2]))
+            draws = np.asarray(_posterior_draws(learner, states, keys[:, 2]))
             weights = {
                 "expert": np.asarray(jax.vmap(learner.lower.estimate)(states.lower)),
                 "dependent": np.asarray(jax.vmap(lambda fit: fit.solve())(states.accessed)),
@@ -160,6 +161,7 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
                 expert_policy=ended.policies.expert[place],
                 expert_weights=self.problem.unit * weights["expert"][place],
                 dependent_weights=weights["dependent"][place],
+                draws=self.problem.unit * draws[place],
                 history=_history([{name: row[name][place] for name in row} for row in rows], asked.trajectories),
                 played=np.stack([each[place] for each in played]),
                 effective_draws=float(ended.effective_draws[place]),
@@ -272,6 +274,12 @@ def _report(learner: CommitmentLearner, states: LearnerState) -> dict[str, Array
 @partial(jax.jit, compiler_options=QUICKLY)
 def _end(learner: CommitmentLearner, states: LearnerState, keys: Array) -> PyTree:
     return jax.vmap(learner.end)(states, keys)
+
+
+@partial(jax.jit, compiler_options=QUICKLY)
+def _posterior_draws(learner: CommitmentLearner, states: LearnerState, keys: Array) -> Array:
+    # Apart from the keys that the end splits.
+    return jax.vmap(lambda state, key: learner.posterior_draws(state, jax.random.fold_in(key, 1)))(states, keys)
 
 
 def _check_same_game(expert: Any, game: AbstractTabularGame) -> None:

@@ -1,25 +1,27 @@
 """What comes of living with an expert: a policy to deploy, two rewards, and how far to trust them."""
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 import polars
+from jaxtyping import Array, Float
 
 from gsiirl.arguments import positive
+from gsiirl.commitment.objective import Commitment
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import Evaluation, evaluate
+from gsiirl.front_door.learned_reward import LearnedReward, dense, interval_of
 from gsiirl.front_door.results import AbstractResults
 from gsiirl.games.base import AbstractTabularGame
-from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.games.tabular import TabularGame
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.problems.problem import Problem, StateActionNames, joint_payoff
-from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
+from gsiirl.rewards.linear import AbstractFeatures, TabularFeatures
 from gsiirl.runs.files.array_file import write_arrays
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.damage import refuse_unreadable
@@ -28,57 +30,6 @@ from gsiirl.runs.files.numbers import is_sound
 from gsiirl.runs.files.table_file import write_table
 
 MEND = "save the result again"
-
-
-class LearnedReward(Mapping[str, float]):
-    """A reward that was learned: the weights of its features by name.
-
-    `weights` is the vector in the order of the names, in reward units (of the temperature where that is unknown).
-    """
-
-    def __init__(self, names: Sequence[str], weights: np.ndarray, features: AbstractFeatures) -> None:
-        self.names, self.weights, self._features = names, weights, features
-
-    def __getitem__(self, name: str) -> float:
-        return float(self.weights[self._places[name]])
-
-    @cached_property
-    def _places(self) -> dict[str, int]:
-        return {name: place for place, name in enumerate(self.names)}
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.names)
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    def __repr__(self) -> str:
-        return f"LearnedReward({len(self)} weights, {self.weights.min():.3g} to {self.weights.max():.3g})"
-
-    @property
-    def table(self) -> np.ndarray:
-        """The reward of every (state, learner's action, expert's action), (S, A_l, A_e)."""
-        if isinstance(self._features, IndicatorFeatures):
-            return self.weights.reshape(self._features.shape)
-        if isinstance(self._features, TabularFeatures):
-            return np.asarray(self._features.table) @ self.weights
-        with jax.enable_x64(True):
-            return _dense(self._features.payoff(jax.numpy.asarray(self.weights)))
-
-    def anchored(self, name: str, value: float) -> "LearnedReward":
-        """The reward in the units in which the weight of `name` is `value`.
-
-        Where the temperature is unknown, rewards are learned in units of it; one cost that is known gives the rest.
-
-        Raises:
-            InputError: there is no such weight, or it has the other sign, or is 0.
-        """
-        if name not in self._places:
-            raise InputError("name", f"{name!r} is no weight", f"choose from {', '.join(list(self.names)[:10])}")
-        number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-        if not number or not np.isfinite(value) or self[name] * value <= 0:
-            raise InputError("value", f"cannot be {value!r}", f"its sign must be that of the weight, {self[name]:.3g}")
-        return LearnedReward(self.names, self.weights * (value / self[name]), self._features)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -124,12 +75,17 @@ class Result:
         expert_policy: np.ndarray,
         expert_weights: np.ndarray,
         dependent_weights: np.ndarray,
+        draws: np.ndarray,
         history: polars.DataFrame,
         played: np.ndarray,
         effective_draws: float,
         sampled: bool,
     ) -> "Result":
-        """A result from arrays; where the game never arrives, the policy is made uniform."""
+        """A result from arrays; where the game never arrives, the policy is made uniform.
+
+        `draws` (K, m) of the expert's weights come from the posterior; K is 0 where there is none.
+        """
+        prior = history["prior_deviation"][-1] if "prior_deviation" in history.columns else np.nan
         reached = reachable(problem.game)
         allowed = problem.game.allowed.learner
         uniform = np.ones(policy.shape[1:]) if allowed is None else np.asarray(allowed, float)
@@ -140,7 +96,13 @@ class Result:
             trajectories=trajectories,
             policy=np.where(reached[:, :, None], policy, uniform),
             expert_policy=np.array(expert_policy),
-            expert_reward=LearnedReward(problem.expert_names, np.array(expert_weights), problem.expert_features),
+            expert_reward=LearnedReward(
+                problem.expert_names,
+                np.array(expert_weights),
+                problem.expert_features,
+                np.array(draws),
+                problem.unit * prior,
+            ),
             dependent_reward=LearnedReward(
                 problem.dependent_names, np.array(dependent_weights), problem.dependent_features
             ),
@@ -177,6 +139,41 @@ class Result:
             )
         return int(_generator(key).choice(actions, p=self.policy[t, state]))
 
+    def answer_interval(self, policy: object, level: float = 0.9) -> tuple[np.ndarray, np.ndarray]:
+        """Between which probabilities the expert's answer to a policy of the learner lies, with probability `level`.
+
+        `policy` is π_l of shape (T, S, A_l) or (S, A_l), played or not. Returns the lower and upper bounds of
+        π_e(a_e|s, t), each (T, S, A_e): quantiles of the soft best responses under draws of the posterior.
+
+        Raises:
+            InputError: the policy or the level cannot be, or the result has no posterior.
+        """
+        played = learner_policy("policy", policy, self.problem.game)
+        draws = self.expert_reward.draws_for("answer_interval") / self.problem.unit
+        with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+            model = ConditionalLikelihood(self.problem.game, self.problem.expert_features, self.problem.discount)
+            answers = np.asarray(_answers(jax.tree.map(jax.numpy.asarray, model), played, jax.numpy.asarray(draws)))
+        return interval_of(answers, level)
+
+    def return_interval(self, level: float = 0.9, policy: object = None) -> tuple[float, float]:
+        """Between which values the discounted return of a policy against the expert lies, with probability `level`.
+
+        `policy` is `self.policy` unless given. f(π_l) is computed under draws of the posterior other than those that
+        chose the policy; what is left open by the fit of r_ld, where only visited values are read, is not in it.
+
+        Raises:
+            InputError: the policy or the level cannot be, or the result has no posterior.
+        """
+        problem = self.problem
+        played = learner_policy("policy", self.policy if policy is None else policy, problem.game)
+        draws = self.expert_reward.draws_for("return_interval") / problem.unit
+        with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+            commitment = Commitment(problem.game, problem.own_reward + problem.dependent_value, problem.discount)
+            commitment, features = jax.tree.map(jax.numpy.asarray, (commitment, problem.expert_features))
+            values = np.asarray(_values(commitment, features, played, jax.numpy.asarray(draws)))
+        low, high = interval_of(values, level)
+        return float(low), float(high)
+
     def evaluate(self, expert_reward: object, temperature: float | None = None) -> Evaluation:
         """What the policy earns against the true expert, beside the best, the worst, random play and MARL.
 
@@ -211,6 +208,7 @@ class Result:
             "policy": self.policy,
             "expert_policy": self.expert_policy,
             "expert_weights": self.expert_reward.weights,
+            "expert_draws": self.expert_reward.draws,
             "dependent_weights": self.dependent_reward.weights,
             "played": self.played,
             **problem_arrays(self.problem),
@@ -252,6 +250,10 @@ def check_shapes(result: Result, path: Path) -> None:
         "policy": (result.policy, (game.horizon, game.number_of_states, actions.learner)),
         "expert_policy": (result.expert_policy, (game.horizon, game.number_of_states, actions.expert)),
         "expert_weights": (result.expert_reward.weights, (len(result.problem.expert_names),)),
+        "expert_draws": (
+            result.expert_reward.draws,
+            (len(result.expert_reward.draws), len(result.problem.expert_names)),
+        ),
         "dependent_weights": (result.dependent_reward.weights, (len(result.problem.dependent_names),)),
     }
     for name, (array, shape) in wanted.items():
@@ -284,8 +286,8 @@ def problem_arrays(problem: Problem) -> dict[str, np.ndarray]:
         "learner_actions": game.learner_actions,
         "expert_actions": game.expert_actions,
         "terminal": game.terminal_states,
-        "own_reward": _dense(problem.own_reward),
-        "dependent_value": _dense(problem.dependent_value),
+        "own_reward": dense(problem.own_reward),
+        "dependent_value": dense(problem.dependent_value),
     }
     for name, features in (
         ("expert_features", problem.expert_features),
@@ -320,6 +322,27 @@ def problem_from(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -
     )
 
 
+def learner_policy(argument: str, policy: object, game: AbstractTabularGame) -> Array:
+    """π_l (T, S, A_l) of a user, who may leave the time out.
+
+    Raises:
+        InputError: the shape is another, or a row is no distribution.
+    """
+    shape = (game.horizon, game.number_of_states, game.number_of_actions.learner)
+    array = np.asarray(policy, dtype=float)
+    if array.shape == shape[1:]:
+        array = np.broadcast_to(array, shape)
+    if array.shape != shape:
+        raise InputError(argument, f"has shape {array.shape}", f"give {shape}, or {shape[1:]} for every step alike")
+    allowed = game.allowed.learner
+    forbidden = allowed is not None and (array[:, ~np.asarray(allowed)] > 0).any()
+    if forbidden or not (array >= 0).all() or not np.allclose(array.sum(axis=-1), 1.0, atol=1e-6):
+        raise InputError(
+            argument, "is no policy", "give probabilities that sum to 1 over the actions the learner may choose"
+        )
+    return jax.numpy.asarray(array)
+
+
 def reachable(game: AbstractTabularGame) -> np.ndarray:
     """(T, S): whether the game can be in a state at a time, whatever the two sides do."""
     if not isinstance(game, TabularGame):
@@ -338,12 +361,6 @@ def reachable(game: AbstractTabularGame) -> np.ndarray:
     return np.stack(reached)
 
 
-def _dense(payoff: AbstractPayoff) -> np.ndarray:
-    # In double precision whatever JAX is set to.
-    with jax.enable_x64(True):
-        return np.asarray(payoff.dense())
-
-
 def _generator(key: Any) -> np.random.Generator:
     if isinstance(key, np.random.Generator):
         return key
@@ -354,3 +371,17 @@ def _generator(key: Any) -> np.random.Generator:
         return np.random.default_rng(key)
     except (TypeError, ValueError) as error:
         raise InputError("key", f"cannot be {key!r}", "give a seed, a numpy Generator, or a key of JAX") from error
+
+
+@jax.jit
+def _answers(
+    likelihood: ConditionalLikelihood, policy: Float[Array, "T S A_l"], draws: Float[Array, "K m"]
+) -> Float[Array, "K T S A_e"]:
+    return jax.lax.map(lambda weights: jax.nn.softmax(likelihood.action_values(weights, policy)), draws)
+
+
+@jax.jit
+def _values(
+    commitment: Commitment, features: AbstractFeatures, policy: Float[Array, "T S A_l"], draws: Float[Array, "K m"]
+) -> Float[Array, " K"]:
+    return jax.lax.map(lambda weights: commitment.value(policy, features.payoff(weights)), draws)

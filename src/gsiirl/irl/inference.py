@@ -92,6 +92,10 @@ class LikelihoodLevel(AbstractLowerLevel[LikelihoodState]):
         """Weighted draws from the posterior."""
         return self.inference.draws(state.posterior, state.memory, number, key)
 
+    def equal_draws(self, state: LikelihoodState, number: int, key: PRNGKeyArray) -> Float[Array, "K m"]:
+        """Draws from the posterior that count alike."""
+        return self.inference.equal_draws(state.posterior, state.memory, number, key)
+
     def report(self, state: LikelihoodState) -> dict[str, Float[Array, ""]]:
         dtype = state.posterior.mean.dtype
         return {

@@ -34,6 +34,10 @@ DEVIATIONS = (0.05, 2000.0)
 """What the evidence may choose for it."""
 SOLVER_STEPS = 100
 """Steps of conjugate gradients of one solve."""
+OVERSAMPLED = 4
+"""Weighted draws for each one that counts alike."""
+CHAIN_STEPS = 100
+"""Steps of a chain of Hamiltonian Monte Carlo, half of them to fit its step size."""
 
 
 class Posterior(eqx.Module):
@@ -236,6 +240,27 @@ class Inference(eqx.Module):
         densities = self._log_densities(values, posterior.prior_precision, memory)
         weights = jax.nn.softmax(densities + 0.5 * squares)
         return Draws(values, weights, 1.0 / jnp.sum(weights**2))
+
+    def equal_draws(
+        self, posterior: Posterior, memory: Memory[Seen], number: int, key: PRNGKeyArray
+    ) -> Float[Array, "K m"]:
+        """`number` draws from the posterior that count alike.
+
+        Of four times as many weighted Gaussian draws they are resampled (systematically: draw i is kept ⌊K w_i⌋ or
+        ⌈K w_i⌉ times). Where fewer than `number` / 2 of these count, Hamiltonian Monte Carlo takes their place, if
+        there is a matrix to scale it by.
+        """
+        draw_key, place_key, chain_key = jax.random.split(key, 3)
+        drawn = self.draws(posterior, memory, OVERSAMPLED * number, draw_key)
+        dtype = drawn.weights.dtype
+        steps = (jnp.arange(number, dtype=dtype) + jax.random.uniform(place_key, (), dtype)) / number
+        place = jnp.searchsorted(jnp.cumsum(drawn.weights), steps)
+        values = drawn.values[jnp.minimum(place, len(drawn.values) - 1)]
+        if not self.dense:
+            return values
+        few = drawn.effective < 0.5 * number
+        chains = self.hamiltonian(posterior, memory, number, jnp.where(few, CHAIN_STEPS, 0), chain_key)
+        return jnp.where(few, chains, values)
 
     def hamiltonian(
         self, posterior: Posterior, memory: Memory[Seen], number: int, rounds: Int[Array, ""] | int, key: PRNGKeyArray

@@ -224,6 +224,16 @@ class CommitmentLearner(AbstractLearner[LearnerState]):
         answer = respond(self.game, policy, self._reward(estimate), 1.0, self.commitment.discount).policy
         return HandedBack(Sides(policy, answer), believed.effective, sampled)
 
+    def posterior_draws(self, state: LearnerState, key: PRNGKeyArray) -> Float[Array, "K m"]:
+        """Draws of the expert's weights in units of the temperature, each counting alike; none without a posterior.
+
+        They are drawn anew: those that choose the policy would make its return look larger than it is.
+        """
+        estimate = self.lower.estimate(state.lower)
+        if not isinstance(self.lower, LikelihoodLevel):
+            return jnp.zeros((0, *estimate.shape), estimate.dtype)
+        return self.lower.equal_draws(state.lower, 8 * self.draws, key)
+
     def report(self, state: LearnerState) -> dict[str, Float[Array, ""]]:
         """How well the newest iteration went, by name."""
         return {
