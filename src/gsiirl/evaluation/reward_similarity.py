@@ -1,7 +1,16 @@
 """How alike two linear rewards are, over all state-actions of a tabular game.
 
-Both measures are ratios of quadratic forms in the weights, so the features' second moments are taken once and every
-comparison after that costs O(m²). States and joint actions are uniform.
+Every measure compares c(r) and c(r'), where a linear map c removes what does not matter to it. States and joint actions
+are uniform. What is removed:
+
+| measure | c(r) | invariant under |
+|---|---|---|
+| Pearson | r − E r | scale, a constant |
+| EPIC (Gleave et al. 2021) | r − E_A r(s, A) + γ (E_A r(s', A) − E r), s' independent of s | scale, a constant |
+| STARC (Skalse et al. 2024) | r − V(s) + γ E[V(s') given s, a], V of uniform play | scale, potential shaping |
+
+A factor (k, m) of each map is computed once, so that ‖factor θ‖² is the mean of c(r)² over state-actions; every
+comparison after that costs O(m²).
 """
 
 import equinox as eqx
@@ -11,57 +20,116 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gsiirl.games.base import AbstractTabularGame
+from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.rewards.linear import AbstractFeatures
 from gsiirl.types import Sides
 
 _LARGEST_SAMPLE = 2_000_000
+MOST_DISCOUNT = 0.99
+"""Above it values of play that never ends are of no use, and STARC takes this discount instead."""
 
 
 class RewardSimilarity(eqx.Module):
-    """Second moments of features φ(s, a): around their means over actions, and of those means over states.
+    """The factors of the three maps, for the features φ(s, a) of a game."""
 
-    With A uniform over joint actions, `within` = E_s Cov_A(φ(s, A)) and `between` = Cov_s(E_A φ(s, A)), both (m, m).
-    """
-
-    within: Float[Array, "m m"]
-    between: Float[Array, "m m"]
+    of_pearson: Float[Array, "k m"]
+    of_epic: Float[Array, "k m"]
+    of_starc: Float[Array, "m m"]
 
     @classmethod
-    def of(cls, game: AbstractTabularGame, features: AbstractFeatures) -> "RewardSimilarity":
+    def of(cls, game: AbstractTabularGame, features: AbstractFeatures, discount: float) -> "RewardSimilarity":
         """Over the game's states, or an even spread of as many of them as make two million state-actions."""
-        actions = game.number_of_actions
+        actions, m = game.number_of_actions, features.number
         joint = actions.learner * actions.expert
         states = max(1, min(game.number_of_states, _LARGEST_SAMPLE // joint))
         spread = np.unique(np.linspace(0, game.number_of_states - 1, states).round().astype(int))
         learner, expert = (jnp.asarray(axis.ravel()) for axis in np.indices((actions.learner, actions.expert)))
+        lasting = min(float(discount), MOST_DISCOUNT)
+        values, ahead = _values_of_uniform_play(game, features, lasting)
 
-        def of_state(state: Array) -> tuple[Array, Array]:
+        def of_state(factors: tuple[Array, Array], state: Array) -> tuple[tuple[Array, Array], Array]:
             table = jax.vmap(lambda a_l, a_e: features(state, Sides(a_l, a_e)))(learner, expert)
             mean = jnp.mean(table, axis=0)
-            return table.T @ table / joint - jnp.outer(mean, mean), mean
+            following = jax.tree.map(lambda leaf: leaf[:, state], ahead).dense().reshape(m, joint).T
+            rows = table - mean[None, :], table - values[:, state][None, :] + lasting * following
+            return (_stacked(factors[0], rows[0]), _stacked(factors[1], rows[1])), mean
 
-        covariances, means = jax.lax.map(of_state, jnp.asarray(spread))
-        centred = means - jnp.mean(means, axis=0)[None, :]
-        return cls(jnp.mean(covariances, axis=0), centred.T @ centred / means.shape[0])
+        nothing = jnp.zeros((m, m), values.dtype)
+        (within, shaped), means = jax.lax.scan(of_state, (nothing, nothing), jnp.asarray(spread))
+        between = _stacked(nothing, means - jnp.mean(means, axis=0)[None, :]) * joint**0.5
+        number = (len(spread) * joint) ** 0.5
+        return cls(
+            jnp.concatenate([within, between]) / number,
+            jnp.concatenate([within, discount * between]) / number,
+            shaped / number,
+        )
 
     def pearson(self, first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
         """Pearson correlation of two rewards over uniform (s, a)."""
-        return _cosine(self.within + self.between, first, second)
+        one, other = _normed(self.of_pearson, first), _normed(self.of_pearson, second)
+        return jnp.vdot(one, other)
 
-    def epic(self, first: Float[Array, " m"], second: Float[Array, " m"], discount: float) -> Float[Array, ""]:
-        """EPIC distance √((1 − ρ)/2) ∈ [0, 1] of two rewards r(s, a) (Gleave et al. 2021).
+    def epic(self, first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
+        """EPIC distance ½‖c(r)/‖c(r)‖ − c(r')/‖c(r')‖‖ ∈ [0, 1] of two rewards r(s, a); 0 the same, 1 the opposite."""
+        return _distance(self.of_epic, first, second)
 
-        Canonicalised with A uniform and s, S' independent and uniform: r(s, a) − E_A r(s, A) + γ (E_A r(s', A) − E r).
+    def starc(self, first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
+        """STARC distance, likewise; 0 the same but for scale and shaping, which no policy for ever depends on."""
+        return _distance(self.of_starc, first, second)
+
+    def without(self, directions: Float[Array, "m k"]) -> "RewardSimilarity":
+        """The same measures of what is left of c(r) and c(r') beside the images of these `directions` of weights.
+
+        They then compare classes of rewards that differ by such directions, and 0 is reached within a class.
         """
-        correlation = _cosine(self.within + discount**2 * self.between, first, second)
-        return jnp.sqrt(jnp.maximum(1.0 - correlation, 0.0) / 2.0)
+
+        def projected(factor: Array) -> Array:
+            left, sizes, _ = jnp.linalg.svd(factor @ directions, full_matrices=False)
+            kept = jnp.where(sizes[None, :] > 1e-10 * jnp.linalg.norm(factor), left, 0.0)
+            return factor - kept @ (kept.T @ factor)
+
+        return RewardSimilarity(projected(self.of_pearson), projected(self.of_epic), projected(self.of_starc))
 
 
-def _cosine(moments: Float[Array, "m m"], first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
-    product = jnp.vdot(first, moments @ second)
-    variances = jnp.stack([jnp.vdot(weights, moments @ weights) for weights in (first, second)])
-    # A reward that is constant but for rounding agrees with nothing: correlation 0, not 0/0.
-    rounding = 1e-12 * jnp.trace(moments) * jnp.stack([jnp.vdot(first, first), jnp.vdot(second, second)])
-    norms = jnp.sqrt(jnp.prod(variances))
-    varies = jnp.all(variances > rounding)
-    return jnp.where(varies, product / jnp.where(varies, norms, 1.0), 0.0)
+def _values_of_uniform_play(
+    game: AbstractTabularGame, features: AbstractFeatures, discount: float
+) -> tuple[Float[Array, "m S"], AbstractPayoff]:
+    """V (m, S) of each feature where both sides play uniformly for ever, and E[V(s') given s, a] as payoffs (m, S)."""
+    actions, dtype = game.number_of_actions, game.initial.dtype
+    learner, expert = (
+        jnp.full((game.number_of_states, number), 1.0 / number, dtype) for number in (actions.learner, actions.expert)
+    )
+    each = jnp.eye(features.number, dtype=dtype)
+    earned = jax.vmap(lambda weights: features.payoff(weights).expected(learner, expert))(each)
+
+    def backward(values: Array) -> Array:
+        onward = jax.vmap(lambda one: game.continuation(one).expected(learner, expert))(values)
+        return game.alive(earned + discount * onward)
+
+    def body(carry: tuple[Array, Array]) -> tuple[Array, Array]:
+        after = backward(carry[0])
+        return after, jnp.max(jnp.abs(after - carry[0]))
+
+    size = jnp.max(jnp.abs(earned))
+    values, _ = jax.lax.while_loop(lambda carry: carry[1] > 1e-14 * size, body, (game.alive(earned), size))
+    return values, jax.vmap(game.continuation)(values)
+
+
+def _stacked(factor: Float[Array, "m m"], rows: Float[Array, "n m"]) -> Float[Array, "m m"]:
+    """R (m, m) with R'R = factor'factor + rows'rows."""
+    return jnp.linalg.qr(jnp.concatenate([factor, rows]), mode="r")
+
+
+def _normed(factor: Float[Array, "k m"], weights: Float[Array, " m"]) -> Float[Array, " k"]:
+    """c(r)/‖c(r)‖, or 0 where c(r) is 0 but for rounding: such a reward is like nothing."""
+    mapped = factor @ weights
+    size = jnp.linalg.norm(mapped)
+    varies = size > 1e-6 * jnp.linalg.norm(factor) * jnp.linalg.norm(weights)
+    return jnp.where(varies, mapped / jnp.where(varies, size, 1.0), 0.0)
+
+
+def _distance(factor: Float[Array, "k m"], first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
+    one, other = _normed(factor, first), _normed(factor, second)
+    # As far as from an unrelated reward, where one of them is like nothing.
+    nothing = (jnp.vdot(one, one) == 0) | (jnp.vdot(other, other) == 0)
+    return jnp.where(nothing, 0.5**0.5, 0.5 * jnp.linalg.norm(one - other))

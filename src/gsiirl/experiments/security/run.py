@@ -11,6 +11,8 @@ from gsiirl.baselines.marl import marl
 from gsiirl.compilation import QUICKLY
 from gsiirl.equilibria import AbstractSolution, LogitSolution
 from gsiirl.errors import InputError
+from gsiirl.evaluation.identification import unseen_directions
+from gsiirl.evaluation.rank_correlation import spearman
 from gsiirl.evaluation.reward_similarity import RewardSimilarity
 from gsiirl.experiments.policy_run import deployed_episodes, policy_algorithm, saved
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Parameters, PreparedRun, Record
@@ -21,6 +23,7 @@ from gsiirl.experiments.security.problem import SecurityProblem, build
 from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.games.rollout import rollout
 from gsiirl.interaction import CHUNK, interact
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.learners.commitment_learner import CommitmentLearner, LearnerState
 from gsiirl.learners.reward_learner import RewardGSIIRL
 from gsiirl.rewards.linear import Linear
@@ -216,9 +219,11 @@ class _Judge:
     def __init__(self, config: SecurityConfig, problem: SecurityProblem) -> None:
         bilevel = problem.bilevel
         self.yardsticks = jax.jit(lambda: problem.truth.yardsticks(), compiler_options=QUICKLY)()
-        self._truth, self._discount, self._features = problem.truth, config.discount, bilevel.expert_reward.features
-        self._expert = RewardSimilarity.of(problem.game, bilevel.expert_reward.features)
-        self._dependent = RewardSimilarity.of(problem.game, bilevel.dependent_reward.features)
+        self._truth, self._features = problem.truth, bilevel.expert_reward.features
+        self._expert = RewardSimilarity.of(problem.game, bilevel.expert_reward.features, config.discount)
+        model = ConditionalLikelihood(problem.game, bilevel.expert_reward.features, config.discount)
+        self._identified = self._expert.without(unseen_directions(model))
+        self._dependent = RewardSimilarity.of(problem.game, bilevel.dependent_reward.features, config.discount)
         self._true_expert, self._true_dependent = (
             jnp.asarray(problem.true_weights[name]) for name in ("expert_reward", "dependent_reward")
         )
@@ -228,9 +233,22 @@ class _Judge:
         return {
             **self._truth.evaluate(policies),
             "regret": self.regret(policies.learner),
-            "expert_reward_pearson": self._expert.pearson(expert_parameters, self._true_expert),
-            "expert_reward_epic": self._expert.epic(expert_parameters, self._true_expert, self._discount),
+            **self._alike(expert_parameters),
             "feature_gap": self._truth.feature_gap(policies.learner, Linear(self._features, scale), expert_parameters),
+        }
+
+    def _alike(self, expert_parameters: Array) -> Record:
+        """How alike the learned r_e and the true one are; `_identified`: apart from what no answer can show."""
+        both = expert_parameters, self._true_expert
+        tables = [self._features.payoff(weights).dense() for weights in both]
+        return {
+            "expert_reward_pearson": self._expert.pearson(*both),
+            "expert_reward_spearman": spearman(*tables),
+            "expert_reward_epic": self._expert.epic(*both),
+            "expert_reward_starc": self._expert.starc(*both),
+            "expert_reward_pearson_identified": self._identified.pearson(*both),
+            "expert_reward_epic_identified": self._identified.epic(*both),
+            "expert_reward_starc_identified": self._identified.starc(*both),
         }
 
     def regret(self, learner_policy: Array) -> Array:

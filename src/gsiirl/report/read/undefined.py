@@ -5,7 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 
 CORRELATIONS = {
-    "expert_reward_pearson": ("expert_reward_pearson", "expert_reward_epic"),
+    "expert_reward_pearson": ("expert_reward_pearson", "expert_reward_epic", "expert_reward_starc"),
+    "expert_reward_spearman": ("expert_reward_spearman",),
+    "expert_reward_pearson_identified": (
+        "expert_reward_pearson_identified",
+        "expert_reward_epic_identified",
+        "expert_reward_starc_identified",
+    ),
     "expert_reward_pearson_played": ("expert_reward_pearson_played",),
     "dependent_reward_pearson": ("dependent_reward_pearson",),
 }

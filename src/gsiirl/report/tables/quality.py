@@ -42,7 +42,20 @@ METRICS = {
     "dependent_reward_pearson": MetricWords(
         "Pearson, dependent reward", "as of the expert's, for the learner's expert-dependent reward"
     ),
-    "expert_reward_epic": MetricWords("EPIC distance", "0: the same reward up to scale and shaping; 1: the opposite"),
+    "expert_reward_spearman": MetricWords(
+        "Spearman, expert's reward", "the same for the order of the rewards alone; 1 is perfect"
+    ),
+    "expert_reward_epic": MetricWords(
+        "EPIC distance", "0: the same reward up to scale and a constant; 0.71: unrelated; 1: the opposite"
+    ),
+    "expert_reward_starc": MetricWords(
+        "STARC distance", "the same up to scale and shaping by a potential, with the game's own transitions"
+    ),
+    "expert_reward_pearson_identified": MetricWords(
+        "Pearson, identified part", "as above, apart from what no answer of the expert can show"
+    ),
+    "expert_reward_epic_identified": MetricWords("EPIC, identified part", "likewise"),
+    "expert_reward_starc_identified": MetricWords("STARC, identified part", "likewise"),
     "target_preference": MetricWords(
         "target preference",
         "learned weight of the adversary's distance to its target, less that of the other landmark, in the sense of "
