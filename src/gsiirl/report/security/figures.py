@@ -71,9 +71,15 @@ def _sample_path(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | No
         "One encounter, step by step",
         f"The learned defender ({algorithm_style(shown.algorithm).name}, seed {path.seed}) against the real attacker. "
         "Red cells are machines in the attacker's hands after the step. No effect: an attack that could not succeed, "
-        "since its source is not held or its target already is; an attacker that has nothing to gain but must attack "
-        f"something picks such a one. Of {path.recorded} recorded encounters this is the one in which most machines "
-        "fall.",
+        f"since its source is not held or its target already is{_idle(graph)}. Of {path.recorded} recorded encounters "
+        "this is the one in which most machines fall.",
         "Timeline of one trajectory: attacks, blocks and compromised nodes",
         draw_sample_path(graph, path),
     )
+
+
+def _idle(graph: RecordedGraph) -> str:
+    """Why an attacker attacks in vain."""
+    if graph.expert_no_op:
+        return "; an attacker that plays softly tries such a one now and then, though it might wait"
+    return "; an attacker that has nothing to gain but must attack something picks such a one"
