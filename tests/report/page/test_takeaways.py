@@ -119,3 +119,8 @@ def test_regret_stands_beside_the_share(tmp_path: Path) -> None:
 
 def test_marl_alone_has_nothing_to_be_compared_with(tmp_path: Path) -> None:
     assert said(group_of(made_up_run(tmp_path / "marl", "marl", [-6.3]))) == []
+
+
+def test_a_correlation_without_failed_seeds_has_that_of_all_beside_it(tmp_path: Path) -> None:
+    found = alone(tmp_path, [-4.6, -99.0], expert_reward_pearson=np.array([0.9, 0.5]))
+    assert found[2].endswith("a correlation of 0.900 with the truth (1 is perfect; over all 2 seeds 0.700).")

@@ -89,7 +89,10 @@ def _learned(group: GameGroup, label: str, run: ReportedRun) -> str:
     if pearson is None:
         return ""
     cost = "" if asked is None else f", from {asked.mean:,.0f} observed encounters a seed"
-    correlation = f"a correlation of {format_number(pearson.mean, 3)} with the truth (1 is perfect)"
+    everyone = ""
+    if pearson.with_failed is not None:
+        everyone = f"; over all {pearson.with_failed.count} seeds {format_number(pearson.with_failed.mean, 3)}"
+    correlation = f"a correlation of {format_number(pearson.mean, 3)} with the truth (1 is perfect{everyone})"
     return f"{wants}, {label} learned to {correlation}{cost}."
 
 

@@ -11,6 +11,7 @@ from gsiirl.report.security.recovery_figure import draw_recovery
 from gsiirl.report.security.sample_path import pick_sample_path
 from gsiirl.report.security.sample_path_figure import draw_sample_path
 from gsiirl.report.words.algorithms import algorithm_style
+from gsiirl.report.words.sentences import counted
 
 
 def security_figures(group: GameGroup, shown: ReportedRun | None) -> list[PageFigure | None]:
@@ -33,8 +34,8 @@ def _attack_graph(
     if shown is not None and values is not None:
         caption += (
             f" The two bars of a box compare what the machine is truly worth to the attacker with what "
-            f"{algorithm_style(shown.algorithm).name} learned (mean over {len(shown.kept_seeds)} seeds): equal bars, "
-            "well learned."
+            f"{algorithm_style(shown.algorithm).name} learned (mean over {counted(len(shown.kept_seeds), 'seed')}): "
+            "equal bars, well learned."
         )
     untested = [] if shown is None else untested_hosts(graph, shown)
     if untested:
