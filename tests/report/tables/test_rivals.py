@@ -99,3 +99,14 @@ def test_who_learns_how_stands_beside_the_names(tmp_path: Path) -> None:
     assert notes["gsiirl"] == "learns by interacting"
     assert notes["ma-irl"] == "learns by watching alone"
     assert notes["marl"] == "given both rewards"
+
+
+def test_a_run_that_was_interrupted_is_marked_where_it_is_compared(tmp_path: Path) -> None:
+    ours, theirs = (made_up_run(tmp_path / each, each, ENDS) for each in ("gsiirl", "ma-irl"))
+    (theirs / "summary.json").unlink()
+    rivals = rivals_of(group_of(ours, theirs))
+    assert rivals is not None
+    watcher = rivals.of("ma-irl")
+    assert watcher is not None
+    assert watcher.note == "learns by watching alone; interrupted: as far as iteration 0"
+    assert "interrupted" not in rivals.subject.note

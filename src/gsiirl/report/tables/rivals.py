@@ -157,6 +157,8 @@ class _Entrant:
 
 def _of_run(label: str, run: ReportedRun, note: str = "", exact: bool = False) -> _Entrant:
     returns, overall = run.estimate(DEPLOYED), run.over_all_seeds(DEPLOYED)
+    if not run.completed:
+        note = f"{note}{'; ' if note else ''}interrupted: as far as iteration {run.iterations}"
     if exact and returns is not None:
         one = Estimate.over(np.array([returns.mean]))
         return _Entrant(label, run.algorithm, note, one, one, SeedValues.exactly(one.mean))
