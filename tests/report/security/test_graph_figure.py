@@ -10,6 +10,7 @@ from report.synthetic import RING, SyntheticGame
 
 from gsiirl.report.security.graph_figure import draw_attack_graph
 from gsiirl.report.security.recorded_graph import RecordedGraph
+from gsiirl.scenarios import random_network
 
 
 @pytest.fixture(scope="module")
@@ -60,3 +61,22 @@ def test_names_and_numbers_keep_to_their_cards(scale: float) -> None:
             numbers += 1
             assert not any(bar.overlaps(extent) for bar in bars), text.get_text()
     assert numbers == 14
+
+
+def test_probabilities_keep_off_the_cards_of_others() -> None:
+    network = random_network(0)
+    names = list(network.node_names)
+    edges = [
+        (names[source], names[target], chance)
+        for source, target, chance in zip(
+            network.edge_source, network.edge_target, network.success_probability, strict=True
+        )
+    ]
+    footholds = [names[node] for node in network.footholds]
+    content = SyntheticGame({"nodes": names, "footholds": footholds, "edges": edges}).content()
+    figure = draw_attack_graph(RecordedGraph.read(content, Path("run")), None)
+    (axes,) = figure.axes
+    cards = [patch.get_window_extent() for patch in axes.patches if isinstance(patch, FancyBboxPatch)]
+    labels = [text.get_window_extent() for text in axes.texts if text.get_text().endswith("%")]
+    assert len(labels) == len(edges)
+    assert not any(card.overlaps(label) for card in cards for label in labels)

@@ -21,6 +21,8 @@ EDGE_COLOUR = "#64748b"
 LABELLED_EDGES = 14
 """With more edges than these, none carries its probability: the labels would hide the graph."""
 MARGIN, LEGEND_HEIGHT = 0.2, 0.5
+LABEL = (0.36, 0.18)
+"""Room that a probability takes."""
 LEGEND_WIDTH = 10.4
 SAMPLES = 81
 BENDS = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45, 0.6)
@@ -73,7 +75,8 @@ def draw_attack_graph(graph: RecordedGraph, learned_value: np.ndarray | None, un
         arrow = FancyArrowPatch(layout.position[source], layout.position[target], **ends, **_arrow(probability))
         axes.add_patch(arrow)
         if len(graph.edges) <= LABELLED_EDGES:
-            x, y = _label_place(curve, OUTSIDE_CARD if source == OUTSIDE else CARD)
+            others = [place for node, place in layout.position.items() if node not in (source, target)]
+            x, y = _label_place(curve, OUTSIDE_CARD if source == OUTSIDE else CARD, others)
             look = CENTRED | {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8}}
             axes.text(x, y, f"{probability:.0%}", size=8.5, color=style.FAINT_COLOUR, **look)
     _draw_legend(axes, learned_value is not None, bottom - MARGIN - LEGEND_HEIGHT / 2)
@@ -164,13 +167,18 @@ def _edge_curve(start: Point, end: Point, rad: float) -> _EdgeCurve:
     return _EdgeCurve(BezierSegment(np.array([start, control, end]))(np.linspace(0, 1, SAMPLES)), rad)
 
 
-def _label_place(curve: _EdgeCurve, source_card: Point) -> np.ndarray:
-    """A point of the part between the cards, nearer to the tail: the head must be seen."""
+def _label_place(curve: _EdgeCurve, source_card: Point, others: list[Point]) -> np.ndarray:
+    """A point of the part between the cards, off all others, nearer to the tail: the head must be seen."""
     from_source, from_target = curve.points - curve.points[0], curve.points - curve.points[-1]
     hidden = np.all(np.abs(from_source) < np.array(source_card) / 2, axis=1)
     hidden |= np.all(np.abs(from_target) < np.array(CARD) / 2, axis=1)
     visible = curve.points[~hidden]
-    return visible[int(0.4 * len(visible))] if len(visible) else curve.points[len(curve.points) // 2]
+    if not len(visible):
+        return curve.points[len(curve.points) // 2]
+    best = visible[int(0.4 * len(visible))]
+    room = np.array(CARD) / 2 + np.array(LABEL) / 2
+    free = [point for point in visible if not any(np.all(np.abs(point - place) < room) for place in others)]
+    return min(free, key=lambda point: float(np.linalg.norm(point - best)), default=best)
 
 
 def _cards_hit(curve: _EdgeCurve, others: list[Point]) -> int:
