@@ -21,3 +21,10 @@ def test_why_an_attacker_attacks_in_vain_depends_on_whether_it_may_wait(
     group = group_of(run.path)
     caption = next(each.caption for each in security_figures(group, group.first) if each and each.name.endswith("path"))
     assert words in caption
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_end_of_an_encounter_is_explained_where_it_stands(tmp_path: Path) -> None:
+    group = group_of(write_run(tmp_path / "run", "gsiirl").path)
+    caption = next(each.caption for each in security_figures(group, group.first) if each and each.name.endswith("path"))
+    assert caption.endswith("End: what came of the last step's attack is not recorded.")
