@@ -83,7 +83,7 @@ def _sample_path(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | No
 def _idle(graph: RecordedGraph) -> str:
     """Why an attacker attacks in vain."""
     if graph.expert_no_op:
-        return "; an attacker that plays softly tries such a one now and then, though it might wait"
+        return "; an attacker that is not perfectly rational tries such a one now and then, though it might wait"
     return "; an attacker that has nothing to gain but must attack something picks such a one"
 
 
