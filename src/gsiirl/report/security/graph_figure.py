@@ -143,7 +143,7 @@ def _fit(text: Text, width: float) -> None:
     assert figure is not None
     drawn = text.get_window_extent().width / figure.dpi
     if drawn > width:
-        text.set_fontsize(text.get_fontsize() * width / drawn)
+        text.set_fontsize(float(text.get_fontsize()) * width / drawn)
 
 
 def _edge_curves(graph: RecordedGraph, position: dict[int, Point]) -> list[_EdgeCurve]:
