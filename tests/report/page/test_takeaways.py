@@ -80,7 +80,7 @@ def test_a_pair_as_it_was_trained_is_compared_with_nothing(tmp_path: Path) -> No
 def test_failed_seeds_are_counted_and_the_mean_over_all_stands_beside(tmp_path: Path) -> None:
     reached, compared = alone(tmp_path, [-4.6, -99.0, -4.5], **BEST)
     assert reached.startswith("In 2 of 3 seeds (1 failed) GSIIRL's defender reached 99.0 % of what could be gained")
-    assert reached.endswith("Over all 3 seeds it earns \N{MINUS SIGN}36.03 ± 54.53.")
+    assert reached.endswith("Over all 3 seeds it earns \N{MINUS SIGN}36.03 ± 54.53 (\N{MINUS SIGN}518.3 %).")
     assert compared == "Against sharp MARL, MARL and random play one cannot tell with 3 seeds."
 
 

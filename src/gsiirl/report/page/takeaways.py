@@ -26,7 +26,8 @@ def _reached(group: GameGroup, rivals: Rivals) -> str:
     if ours.overall is None:
         overall = f"over all {count} seeds there is no mean, since a seed has no number"
     else:
-        overall = f"over all {count} seeds {_it_earns(group)} {ours.overall}"
+        share = "" if ours.overall_share is None else f" ({format_share(ours.overall_share)})"
+        overall = f"over all {count} seeds {_it_earns(group)} {ours.overall}{share}"
     if ours.returns is None:
         return f"All {count} seeds of {whose} failed: {overall}.{_random(rivals)}"
     failed, others = "", ""
