@@ -22,6 +22,8 @@ from gsiirl.scenarios import load_network
 
 Message = Callable[[list[str]], str]
 
+WHY = "the learner, deployed, ends below random play, or a number is not finite"
+
 
 @pytest.fixture
 def runner(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
@@ -282,7 +284,7 @@ def test_failed_seeds_are_named_at_the_end(
         assert main([*command, str(folder)]) == status
         captured = capsys.readouterr()
         assert f"The run is in {folder}" in captured.out
-        told = f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))}\n"
+        told = f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))} ({WHY})\n"
         assert captured.err == (told if failed else "")
 
 
@@ -340,7 +342,7 @@ def test_reproduce_runs_the_plan_and_reports_it(
     assert main(command) == 0
     captured = capsys.readouterr()
     assert captured.out == f"{tmp_path / 'report' / 'index.html'}\n"
-    assert captured.err == f"gsiirl: {tmp_path / 'crossing' / 'paper'}: failed seeds 1\n"
+    assert captured.err == f"gsiirl: {tmp_path / 'crossing' / 'paper'}: failed seeds 1 ({WHY})\n"
     folders = [folder for _, folder in runner.calls]
     assert len(folders) == 12
     # The longest runs begin first, and stand last in the report.

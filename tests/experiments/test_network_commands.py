@@ -39,6 +39,17 @@ def test_what_is_built_is_a_game(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert main(["network", "check", str(out)]) == 0
 
 
+def test_one_edge_is_one_edge(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    plain, table = tmp_path / "plain.json", tmp_path / "table.csv"
+    plain.write_text(
+        '{"directed": true, "nodes": [{"id": "a"}, {"id": "b"}], "edges": [{"source": "a", "target": "b"}]}'
+    )
+    table.write_text("host,name,probability,value\nb,hole,0.5,1\n")
+    words = [str(plain), "--vulnerabilities", str(table), "--foothold", "a", "--out", str(tmp_path / "x.json")]
+    assert main(["network", "build", *words]) == 0
+    assert "2 hosts, 1 edge;" in capsys.readouterr().out
+
+
 def test_a_file_that_is_there_is_not_touched(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     out = tmp_path / "clinic.json"
     out.write_text("mine")

@@ -176,3 +176,18 @@ def test_what_is_built_reads_back(tmp_path: Path):
     path.write_text(json.dumps(network.to_json_dict()))
     assert read_network(path).to_json_dict() == network.network.to_json_dict()
     assert json.loads(path.read_text())["edges"][0]["vulnerability"] == "outdated web mail"
+
+
+def test_what_is_refused_is_told_in_one_line(tmp_path: Path):
+    table, plain = tmp_path / "table.csv", topology(tmp_path, **LINE)
+    table.write_text("host,name,cvss,value\nb,hole,9,1\nz,hole,5,1\n")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", NetworkWarning)
+        with pytest.raises(InputError, match="not in the topology: 'z'"):
+            build_network(plain, table, ["a"], CvssRule())
+        assert not said
+
+
+def test_hosts_without_a_vulnerability_that_no_edge_leads_to_have_none_left_out(tmp_path: Path):
+    _, said = built(tmp_path, "host,name,probability,value\nb,hole,0.5,1\n", directed=True, edges=["ab", "cb"])
+    assert f"{tmp_path / 'plain.json'}: no vulnerability, so not to be attacked: c" in said

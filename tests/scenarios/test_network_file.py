@@ -414,6 +414,28 @@ def test_the_first_label_that_yed_shows_is_the_name(tmp_path: Path):
     assert read_network(path).node_names == ("web", "n1")
 
 
+@pytest.mark.parametrize(
+    ("edge", "arrows", "attacks"),
+    [
+        ("", 'source="none" target="standard"', ["a -> b"]),
+        ("", 'source="none" target="none"', ["a -> b", "b -> a"]),
+        ("", 'source="standard" target="delta"', ["a -> b", "b -> a"]),
+        ('directed="true"', 'source="none" target="none"', ["a -> b"]),
+    ],
+)
+def test_a_line_that_yed_draws_without_an_arrow_goes_both_ways(
+    tmp_path: Path, edge: str, arrows: str, attacks: list[str]
+):
+    path = tmp_path / "office.graphml"
+    drawn = f'<data key="g"><y:PolyLineEdge xmlns:y="yworks"><y:Arrows {arrows}/></y:PolyLineEdge></data>'
+    keys = '<key id="g" for="edge" yfiles.type="edgegraphics"/>'
+    nodes = f'<node id="a">{FOOTHOLD}</node><node id="b"/>'
+    path.write_text(graphml(keys, f'{nodes}<edge source="a" target="b" {edge}>{drawn}</edge>'))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NetworkWarning)
+        assert sorted(read_network(path).edge_names) == attacks
+
+
 def test_a_name_goes_before_a_label(tmp_path: Path):
     path = tmp_path / "office.json"
     nodes = [

@@ -12,6 +12,7 @@ from gsiirl.scenarios.reachable import (
     TooManyStatesError,
     reachable_states,
     reached_nodes,
+    reached_within,
     starting_state,
     usable_edges,
     words,
@@ -101,3 +102,13 @@ def test_edges_are_usable_where_a_state_that_can_be_reached_lets_them_be_attacke
         (s, t) for s, t in pairs for state in states if s in state | {-1} and t not in state
     }
     assert reached_nodes(pairs, footholds) == {-1}.union(*states)
+
+
+def test_every_success_gets_one_host_further():
+    chain = [(-1, 0), (0, 1), (1, 2), (5, 6)]
+    assert [reached_within(attacks, chain, [5]) for attacks in range(4)] == [
+        {-1, 5},
+        {-1, 5, 0, 6},
+        {-1, 5, 0, 6, 1},
+        {-1, 5, 0, 6, 1, 2},
+    ]

@@ -28,6 +28,16 @@ def test_columns_come_in_any_order_and_case_and_cells_are_trimmed(tmp_path: Path
     assert notes == []
 
 
+def test_an_empty_column_without_a_name_is_not_worth_a_word(tmp_path: Path):
+    assert read(tmp_path, "host,name,probability,\nx,y,0.5,\n")[1] == []
+
+
+def test_only_what_is_missing_may_have_been_meant(tmp_path: Path):
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, "host,name,score\nx,y,5\n")
+    assert str(caught.value).endswith("columns are missing: probability or cvss; add them, or rename 'score'")
+
+
 def test_other_columns_are_named_with_what_may_have_been_meant(tmp_path: Path):
     _, notes = read(tmp_path, "host,name,cvss,atack_cost,owner\nx,y,5,1,z\n")
     assert notes[0] == "columns that are not read: 'atack_cost' (did you mean attack_cost?), 'owner'"
@@ -42,6 +52,7 @@ def test_other_columns_are_named_with_what_may_have_been_meant(tmp_path: Path):
         ("host\tname\tcvss\nx\ty\t5\n", "line 1: separates columns by tabs"),
         ("hots,name\nx,y\n", "columns are missing: host, probability or cvss; add them, or rename 'hots'"),
         ("hots,name\nx,y\n", "'hots' (did you mean host?)"),
+        ("host,name,csvs\nx,y,5\n", "rename 'csvs' (did you mean cvss?)"),
         ("host,name,cvss,cvss\nx,y,5,5\n", "column cvss: is there twice"),
         ("host,name,cvss\n\nx,y\n", "line 3: has 2 cells for 3 columns"),
         ('host,name,cvss\nx,"y,5\n', "line 2: is not CSV"),

@@ -176,7 +176,7 @@ def reproduce(
         again = command("reproduce", *flags, "--seeds", number, "--out", out)
         raise KeyboardInterrupt(f"finished runs are kept; go on with `{again}`") from None
     for folder, failed in failed_seeds(planned).items():
-        print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))}", file=sys.stderr)
+        _print_failed(folder, failed)
     print(page)
 
 
@@ -240,5 +240,10 @@ def _print_end(folder: Path) -> int:
     summary = RunFolder.open(folder).summary() if RunFolder.is_at(folder) else None
     if summary is None or not summary.failed_seeds:
         return 0
-    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, summary.failed_seeds))}", file=sys.stderr)
+    _print_failed(folder, summary.failed_seeds)
     return 1 if summary.failed_seeds == summary.seeds else 0
+
+
+def _print_failed(folder: Path, seeds: list[int]) -> None:
+    why = "the learner, deployed, ends below random play, or a number is not finite"
+    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, seeds))} ({why})", file=sys.stderr)

@@ -75,4 +75,5 @@ def build(
         raise InputError("out", f"'{out}' cannot be written ({error.strerror})", "give another name") from None
     network = built.network
     hosts, edges = len(network.node_names), len(network.edge_names)
-    print(f"{out}: {hosts} hosts, {edges} edges; `gsiirl network check {shlex.quote(str(out))}` says more")
+    counts = f"{hosts} host{'s' * (hosts != 1)}, {edges} edge{'s' * (edges != 1)}"
+    print(f"{out}: {counts}; `gsiirl network check {shlex.quote(str(out))}` says more")

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,12 +46,26 @@ def build_network(topology: Path, vulnerabilities: Path, footholds: Sequence[str
         rule: what probability a CVSS score stands for.
 
     Warns:
-        NetworkWarning: of what was left out, and of what was taken where nothing was given.
+        NetworkWarning: of what was left out, and of what was taken where nothing was given; nothing of what is refused.
 
     Raises:
         InputError: a file cannot be read, they do not fit each other, or no game comes of them.
     """
-    say = partial(_say, topology)
+    notes: list[str] = []
+    built = _built(topology, vulnerabilities, footholds, rule, notes)
+    for note in notes:
+        warnings.warn(note, NetworkWarning, stacklevel=2)
+    return built
+
+
+def _built(
+    topology: Path, vulnerabilities: Path, footholds: Sequence[str], rule: CvssRule, notes: list[str]
+) -> BuiltNetwork:
+    """The network; what is to be said of it is added to `notes`."""
+
+    def say(note: str) -> None:
+        notes.append(f"{topology}: {note}")
+
     content = read_content(topology)
     for note in content.notes:
         say(note)
@@ -67,8 +80,7 @@ def build_network(topology: Path, vulnerabilities: Path, footholds: Sequence[str
     start |= set(_found("foothold", footholds, known, numbered))
 
     table = read_vulnerabilities(vulnerabilities, rule)
-    for note in table.notes:
-        _say(vulnerabilities, note)
+    notes += [f"{vulnerabilities}: {note}" for note in table.notes]
     with named(vulnerabilities):
         _found("host", [row.host for row in table.rows], known, numbered)
         _found("source", [row.source for row in table.rows if row.source], {**known, "outside": OUTSIDE}, numbered)
@@ -84,12 +96,14 @@ def build_network(topology: Path, vulnerabilities: Path, footholds: Sequence[str
     closed = set(range(len(names))) - vulnerable - start
     lost = sum(target in closed for _, target in ways)
     if closed:
-        say(f"no vulnerability, so no edge to them ({lost} left out): {_some_of(closed, names)}")
+        edges = f"no edge to them ({lost} left out)" if lost else "not to be attacked"
+        say(f"no vulnerability, so {edges}: {_some_of(closed, names)}")
     if vulnerable - reached:
         say(f"vulnerable, but no attacker gets next to them: {_some_of(vulnerable - reached, names)}")
     more = sum(pair not in used for pair in ways) - lost
     if more:
-        say(f"{more} more edges left out: back to where an attacker came from, or no exploit works from there")
+        edges = f"{more} more edge{'s' * (more > 1)}"
+        say(f"{edges} left out: back to where an attacker came from, or no exploit works from there")
     for node in reached - start - {OUTSIDE}:
         own = numbered.hosts[node].attributes.get("value")
         if node not in value and own is not None:
@@ -110,10 +124,6 @@ def build_network(topology: Path, vulnerabilities: Path, footholds: Sequence[str
             footholds=tuple(start),
         )
     return BuiltNetwork(network, tuple(row.name for row in used.values()))
-
-
-def _say(path: Path, note: str) -> None:
-    warnings.warn(f"{path}: {note}", NetworkWarning, stacklevel=3)
 
 
 def _ways(content: FileContent, numbered: Numbered, say: Say) -> dict[Pair, None]:

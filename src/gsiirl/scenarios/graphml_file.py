@@ -236,6 +236,8 @@ class _Reader:
             if own.strip().lower() not in TRUTHS:
                 raise InputError("directed", f"{label} has '{shown(own)}'", "give true or false")
             directed = TRUTHS[own.strip().lower()]
+        elif directed:
+            directed = not _drawn_alike_at_both_ends(edge)
         _, attributes = self._attributes(_inside(edge, "data", "desc", of=label), EDGE, label)
         self.content.edges.append(ListedEdge(source, target, directed, attributes))
 
@@ -266,6 +268,14 @@ class _Reader:
                 raise InputError(name, f"{label} has other elements in it", "give a plain text")
             found[name] = key.read(text, label)
         return shown_label or drawn_label, {**self.defaults[kind], **found}
+
+
+def _drawn_alike_at_both_ends(edge: Element) -> bool:
+    """Whether yEd draws a line without an arrow, or with one at either end: it calls every line directed."""
+    for element in edge.iter():
+        if element.tag.endswith("}Arrows"):
+            return (element.get("source", "none") == "none") == (element.get("target", "none") == "none")
+    return False
 
 
 def _drawn_label(data: Element) -> str | None:

@@ -76,6 +76,16 @@ def reached_nodes(edges: Collection[tuple[int, int]], footholds: Collection[int]
     return _reached(_following(edges), {OUTSIDE, *footholds})
 
 
+def reached_within(attacks: int, edges: Collection[tuple[int, int]], footholds: Collection[int]) -> set[int]:
+    """The nodes that as many successful attacks in a row can compromise, with the footholds and `OUTSIDE`."""
+    following = _following(edges)
+    reached = new = {OUTSIDE, *footholds}
+    for _ in range(attacks):
+        new = {target for source in new for target in following.get(source, [])} - reached
+        reached = reached | new
+    return reached
+
+
 def usable_edges(edges: Collection[tuple[int, int]], footholds: Collection[int]) -> set[tuple[int, int]]:
     """The edges that can be attacked in a state that can be reached: the source may fall before the target does."""
     following, start = _following(edges), {OUTSIDE, *footholds}

@@ -163,12 +163,14 @@ def _columns(path: Path, line: int, header: Sequence[str]) -> tuple[list[str], l
     lacking = [name for name in REQUIRED if name not in columns]
     if not set(CHANCES) & set(columns):
         lacking.append(" or ".join(CHANCES))
-    free = [name for name in COLUMNS if name not in columns]
-    meant = [f"'{shown(name)}'{near(name, free)}" for name in others]
+    # What is missing may have been meant by another name; else a column that is optional.
+    wanted = [each for name in lacking for each in (CHANCES if name not in REQUIRED else (name,))]
+    free = wanted or [name for name in COLUMNS if name not in columns]
+    meant = [f"'{shown(name)}'{near(name, free)}" for name in others if name]
     if lacking:
         mend = f"add them, or rename {some(meant, 4)}" if meant else "add them"
         raise InputError(field, f"columns are missing: {', '.join(lacking)}", mend)
-    return columns, [f"columns that are not read: {some(meant, 12)}"] if others else []
+    return columns, [f"columns that are not read: {some(meant, 12)}"] if meant else []
 
 
 WANTED: Mapping[str, tuple[str, float, float]] = {

@@ -67,6 +67,20 @@ def test_what_only_some_lack_is_named(tmp_path: Path):
     assert found.notes == ["not read: 'Value' (did you mean value?)"]
 
 
+def test_hosts_too_far_for_an_episode_are_named(tmp_path: Path):
+    chain = {
+        "nodes": [{"name": f"h{host}", "value": 1.0} for host in range(12)],
+        "edges": [
+            {"source": f"h{host - 1}" if host else None, "target": f"h{host}", "success_probability": 0.5}
+            for host in range(12)
+        ],
+    }
+    found = check_network(written(tmp_path, chain))
+    assert (found.unreachable, found.too_far) == ([], ["h10", "h11"])
+    assert "too far      h10, h11: an episode has 10 steps (--horizon)" in found.as_text()
+    assert "too far" not in check_network(written(tmp_path, star(3))).as_text()
+
+
 def test_hosts_and_edges_that_no_attack_gets_to_are_named(tmp_path: Path):
     document = star(2)
     document["nodes"] += [{"name": "a", "value": 1}, {"name": "b", "value": 1}]

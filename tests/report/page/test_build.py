@@ -223,7 +223,7 @@ def test_a_game_of_another_kind_has_returns_and_no_graph(tmp_path: Path) -> None
     files = build_report([run.path], tmp_path / "out")
     assert {path.stem for path in files.figures} == {"game-1-returns"}
     page = files.page.read_text()
-    assert "GSIIRL&#39;s learner, deployed, ends at \N{MINUS SIGN}2.00." in page
+    assert "GSIIRL&#39;s learner, deployed, earns \N{MINUS SIGN}2.00 an encounter." in page
     assert "attacker" not in page
     assert "Table 1" not in page
 
@@ -396,3 +396,8 @@ def test_a_metric_of_a_seed_that_failed_midway_does_not_bend_the_curves(tmp_path
     kept = run.metrics().filter(polars.col("seed") != 1)
     expected = kept.group_by("iteration").agg(polars.col("deployed_return_learner").mean()).sort("iteration")
     np.testing.assert_allclose(curve.mean, expected["deployed_return_learner"].to_numpy())
+
+
+def test_figures_are_moved_sideways_where_a_page_is_narrow(files: ReportFiles) -> None:
+    page = files.page.read_text()
+    assert page.count("<img") == page.count('<div class="wide"><img class="drawing"') == len(ONE_GAME)

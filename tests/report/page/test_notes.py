@@ -71,3 +71,28 @@ def test_failed_seeds_are_named_with_the_rule(tmp_path: Path) -> None:
     assert warning.endswith(
         "leave them out: 2 of 4 remain. Means over all 4 seeds stand beside them, and verdicts count all seeds."
     )
+
+
+def test_rates_and_errors_count_failed_seeds_as_their_verdicts_do(tmp_path: Path) -> None:
+    # The second seed ends below random play, and its robot never arrives.
+    arrivals, errors = np.array([1.0, 0.0]), np.array([0.4, 0.2])
+    ours = made_up_run(
+        tmp_path / "gsiirl",
+        "gsiirl",
+        [-4.6, -99.0],
+        "crossing",
+        goal_rate_robot=arrivals,
+        human_goal_error=errors,
+    )
+    theirs = made_up_run(tmp_path / "marl", "marl", [-4.6, -4.7], "crossing", goal_rate_robot=1.0)
+    assert notes(group_of(ours, theirs)) == [
+        "In the encounters of GSIIRL's robot, failed seeds included (in brackets MARL's, deployed too), the robot "
+        "reaches its goal in 50.0 % (100.0 %: cannot tell with 2 seeds).",
+        "GSIIRL places the human's goal 0.300 ± 0.141 from where it is; failed seeds included.",
+    ]
+
+
+def test_a_failed_seed_that_did_not_find_the_landmark_counts(tmp_path: Path) -> None:
+    preference = np.array([0.5, -0.1])
+    run = made_up_run(tmp_path / "gsiirl", "gsiirl", [-4.6, -99.0], "deception", target_preference=preference)
+    assert notes(group_of(run))[0].endswith("GSIIRL found out in 1 of 2 seeds.")

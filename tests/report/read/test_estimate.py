@@ -19,3 +19,8 @@ def test_the_interval_is_students(count: int) -> None:
 
 def test_one_seed_has_no_spread() -> None:
     assert Estimate.over(np.array([2.5])) == Estimate(2.5, 0.0, 2.5, 2.5, 1)
+
+
+def test_one_seed_is_shown_without_a_spread() -> None:
+    assert str(Estimate.over(np.array([2.5]))) == "2.50"
+    assert str(Estimate.over(np.array([2.5, 2.5]))) == "2.50 ± 0.00"

@@ -97,3 +97,19 @@ def test_east_asian_letters_are_twice_as_wide(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(fonts, "_characters", lambda: frozenset(map(ord, name + "web")))
     graph, _ = read(tmp_path, {"nodes": [name, "web"], "footholds": ["web"], "edges": [("web", name, 0.5)]})
     assert with_short_names(graph).nodes == ["1 データベース…", "2 web"]
+
+
+def test_costs_of_which_only_differences_can_be_learned_are_shifted_to_the_mean_of_the_true_ones(
+    tmp_path: Path,
+) -> None:
+    graph, run = read(tmp_path, OFFICE)
+    count = len(graph.nodes)
+    learned = run.weights("expert_reward")
+    assert learned is not None
+    raw = learned.mean(axis=0)[count:]
+    shown = [float(row.learned.replace("\N{MINUS SIGN}", "-")) for row in network_table(graph, run).edges]
+    truth = graph.expert_truth[count:]
+    assert shown == pytest.approx(list(raw - raw.mean() + truth.mean()), abs=0.006)
+    assert shown != pytest.approx(list(raw), abs=0.006)
+    waits = [float(row.learned) for row in network_table(replace(graph, expert_no_op=True), run).edges]
+    assert waits == pytest.approx(list(raw), abs=0.006)

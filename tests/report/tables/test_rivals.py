@@ -75,3 +75,38 @@ def test_a_failed_seed_counts_in_verdicts_and_the_mean_over_all_is_there(tmp_pat
     assert rivals.subject.earned == "\N{MINUS SIGN}4.55 ± 0.07"
     assert rivals.subject.over_all_seeds == "all 3 seeds: \N{MINUS SIGN}36.03 ± 54.53"
     assert {row.verdict.words() for row in rivals.rows if row.verdict} == {"cannot tell with 3 seeds"}
+
+
+def test_the_share_over_all_seeds_stands_beside_that_without_failed_ones(tmp_path: Path) -> None:
+    group = group_of(
+        made_up_run(tmp_path / "gsiirl", "gsiirl", ENDS, **BEST),
+        made_up_run(tmp_path / "ma-irl", "ma-irl", [-7.05, -12.15], **BEST),
+    )
+    rivals = rivals_of(group)
+    assert rivals is not None
+    assert rivals.subject.share_over_all_seeds == ""
+    watcher = rivals.of("ma-irl")
+    assert watcher is not None
+    assert (watcher.share_text, watcher.share_over_all_seeds) == ("50.0 %", "all 2 seeds: 0.0 %")
+    assert watcher.json()["share_all_seeds"] == pytest.approx(0.0)
+
+
+def test_who_learns_how_stands_beside_the_names(tmp_path: Path) -> None:
+    group = group_of(*(made_up_run(tmp_path / each, each, ENDS) for each in ("gsiirl", "ma-irl", "marl")))
+    rivals = rivals_of(group)
+    assert rivals is not None
+    notes = {row.algorithm: row.note for row in (rivals.subject, *rivals.rows)}
+    assert notes["gsiirl"] == "learns by interacting"
+    assert notes["ma-irl"] == "learns by watching alone"
+    assert notes["marl"] == "given both rewards"
+
+
+def test_a_run_that_was_interrupted_is_marked_where_it_is_compared(tmp_path: Path) -> None:
+    ours, theirs = (made_up_run(tmp_path / each, each, ENDS) for each in ("gsiirl", "ma-irl"))
+    (theirs / "summary.json").unlink()
+    rivals = rivals_of(group_of(ours, theirs))
+    assert rivals is not None
+    watcher = rivals.of("ma-irl")
+    assert watcher is not None
+    assert watcher.note == "learns by watching alone; interrupted: as far as iteration 0"
+    assert "interrupted" not in rivals.subject.note

@@ -28,7 +28,7 @@ from gsiirl.scenarios.file_content import (
 )
 from gsiirl.scenarios.network import OUTSIDE, AttackNetwork, shown
 from gsiirl.scenarios.network_file import named, read_content
-from gsiirl.scenarios.reachable import reached_nodes, usable_edges
+from gsiirl.scenarios.reachable import reached_nodes, reached_within, usable_edges
 
 WIDTH = 80
 READ = {"id", "source", "target", "label", "directed", *NODE.attributes, *EDGE.attributes}
@@ -55,6 +55,8 @@ class NetworkCheck:
     """Names of attributes of nodes and of edges that are not read."""
     notes: list[str]
     unreachable: list[str] = field(default_factory=list)
+    too_far: list[str] = field(default_factory=list)
+    """Hosts that cannot fall within an episode of the default settings, though they can in a longer one."""
     unusable_edges: list[str] = field(default_factory=list)
     states: int | None = None
     """None also where there are too many to count."""
@@ -93,6 +95,11 @@ class NetworkCheck:
         if self.is_game:
             rows += [
                 ("not reached", _listed(self.unreachable)),
+                *(
+                    [("too far", f"{_listed(self.too_far)}: an episode has {default.horizon} steps (--horizon)")]
+                    if self.too_far
+                    else []
+                ),
                 ("never used", _listed(self.unusable_edges)),
                 ("states", "too many to count" if self.states is None else f"{self.states:,} can be reached"),
             ]
@@ -142,6 +149,7 @@ def check_network(file: str) -> NetworkCheck:
 
     ends = list(zip(network.edge_source.tolist(), network.edge_target.tolist(), strict=True))
     reached, usable = reached_nodes(ends, network.footholds), usable_edges(ends, network.footholds)
+    near = reached_within(config.horizon, ends, network.footholds)
     states, refused = _counted_states(config, network)
     memory = None if states is None else memory_needed(config, network, states, config.seeds)
     available = available_memory()
@@ -157,6 +165,7 @@ def check_network(file: str) -> NetworkCheck:
         ignored=ignored,
         notes=list(notes),
         unreachable=[name for node, name in enumerate(names) if node not in reached],
+        too_far=[name for node, name in enumerate(names) if node in reached - near],
         unusable_edges=[name for name, pair in zip(edge_names, ends, strict=True) if pair not in usable],
         states=states,
         memory_bytes=memory,

@@ -10,6 +10,7 @@ from gsiirl.report.plane.episode import pick_episode
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.words.algorithms import algorithm_style
+from gsiirl.report.words.sentences import counted
 
 
 def crossing_figures(group: GameGroup, shown: ReportedRun | None) -> list[PageFigure | None]:
@@ -64,9 +65,9 @@ def _reward_map(group: GameGroup, crossing: RecordedCrossing, shown: ReportedRun
         f"{group.key}-reward-map",
         "Where does the human want to be?",
         f"The human's reward of a step by where the human is, the robot being far away: the darker, the better. The "
-        f"robot ({algorithm_style(shown.algorithm).name}, mean over {len(rewards.peaks)} seeds) has found the goal if "
-        "the circle lies on the star. Only differences count, so both maps run from their own lowest to their own "
-        "highest value.",
+        f"robot ({algorithm_style(shown.algorithm).name}, mean over {counted(len(rewards.peaks), 'seed')}) has found "
+        "the goal if the circle lies on the star. Only differences count, so both maps run from their own lowest to "
+        "their own highest value.",
         "The human's reward over the plane, learned and true",
         draw_reward_map(crossing, rewards),
     )

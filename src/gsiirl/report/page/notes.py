@@ -41,30 +41,40 @@ def _crossing_notes(group: GameGroup, label: str, run: ReportedRun) -> list[str]
     if rates:
         marl = group.of("marl")
         beside = "" if marl is None or not set(RATES) & set(marl.final) else " (in brackets MARL's, deployed too)"
-        sentences.append(f"In the encounters of {label}'s robot{beside}, {enumeration(rates)}.")
-    error = run.estimate("human_goal_error")
+        included = ", failed seeds included" if run.failed_seeds else ""
+        sentences.append(f"In the encounters of {label}'s robot{included}{beside}, {enumeration(rates)}.")
+    error = _over_all(run, "human_goal_error")
     if error is not None:
         radius = group.game.get("goal_radius")
         told = "" if not isinstance(radius, int | float) else f"; the goal has radius {format_number(radius)}"
-        sentences.append(f"{label} places the human's goal {error} from where it is{told}.")
+        sentences.append(f"{label} places the human's goal {error} from where it is{told}{_included(run)}.")
     return sentences
 
 
 def _rate(group: GameGroup, run: ReportedRun, metric: str, words: str) -> str:
-    rate, ours, marl = run.estimate(metric), run.seed_values(metric), group.of("marl")
+    rate, ours, marl = _over_all(run, metric), run.seed_values(metric), group.of("marl")
     assert rate is not None, "asked of a metric that the run has"
     assert ours is not None
     text = f"{words} in {format_share(rate.mean)}"
-    theirs, mean = (None, None) if marl is None else (marl.seed_values(metric), marl.estimate(metric))
+    theirs, mean = (None, None) if marl is None else (marl.seed_values(metric), _over_all(marl, metric))
     if theirs is None or mean is None:
         return text
     verdict = judge_difference(ours, theirs).words("more often", "less often")
     return f"{text} ({format_share(mean.mean)}: {verdict})"
 
 
+def _over_all(run: ReportedRun, metric: str) -> Estimate | None:
+    """Over all seeds, as verdicts are; over those that did not fail where a failed one has no number."""
+    return run.over_all_seeds(metric) or run.estimate(metric)
+
+
+def _included(run: ReportedRun) -> str:
+    return "; failed seeds included" if run.failed_seeds else ""
+
+
 def _deception_note(label: str, run: ReportedRun) -> list[str]:
     """In how many seeds the adversary's two landmarks were told apart."""
-    preference = run.final.get("target_preference")
+    preference = run.ends.get("target_preference")
     if preference is None:
         return []
     return [
@@ -81,13 +91,14 @@ def _misfit(label: str, run: ReportedRun) -> list[str]:
     gap, noise = found
     return [
         f"What the learned reward of {label} makes the expert do differs from what the expert did by "
-        f"{format_number(gap.mean, 3)} in its features; sampling alone would make {format_number(noise.mean, 3)}."
+        f"{format_number(gap.mean, 3)} in its features; sampling alone would make {format_number(noise.mean, 3)}"
+        f"{_included(run)}."
     ]
 
 
 def _estimates(run: ReportedRun, *metrics: str) -> list[Estimate] | None:
     """The estimates of all the metrics, or None where the run lacks one."""
-    found = [each for each in map(run.estimate, metrics) if each is not None]
+    found = [each for each in (_over_all(run, metric) for metric in metrics) if each is not None]
     return found if len(found) == len(metrics) else None
 
 

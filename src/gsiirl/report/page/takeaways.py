@@ -23,29 +23,33 @@ def _reached(group: GameGroup, rivals: Rivals) -> str:
     ours, gain, learner = rivals.subject, rivals.gain, group.sides[0]
     run = group.runs[ours.label]
     whose, count = f"{ours.label}'s {learner}", len(run.seeds)
-    overall = "no number" if ours.overall is None else str(ours.overall)
+    if ours.overall is None:
+        overall = f"over all {count} seeds there is no mean, since a seed has no number"
+    else:
+        share = "" if ours.overall_share is None else f" ({format_share(ours.overall_share)})"
+        overall = f"over all {count} seeds {_it_earns(group)} {ours.overall}{share}"
     if ours.returns is None:
-        return f"All {count} seeds of {whose} failed: over them {_it_ends(group)} at {overall}.{_random(rivals)}"
+        return f"All {count} seeds of {whose} failed: {overall}.{_random(rivals)}"
     failed, others = "", ""
     if run.failed_seeds:
         failed = f"In {len(run.kept_seeds)} of {count} seeds ({len(run.failed_seeds)} failed) "
-        others = f" Over all {count} seeds {_it_ends(group)} at {overall}."
+        others = f" {overall[0].upper()}{overall[1:]}."
     if gain is None:
-        return f"{failed}{whose}, deployed, {learner.verb('ends', 'end')} at {ours.earned}.{others}{_random(rivals)}"
-    marks = f"random play (0 %) at {format_number(gain.random)}"
+        earns = f"{learner.verb('earns', 'earn')} {ours.earned} an encounter"
+        return f"{failed}{whose}, deployed, {earns}.{others}{_random(rivals)}"
     if ours.share is None:
         return (
             f"Nothing can be gained here: random play and {_best(group, gain)} earn the same, "
-            f"{format_number(gain.best)}. {failed}{whose} {learner.verb('ends', 'end')} at {ours.earned}.{others}"
+            f"{format_number(gain.best)}. {failed}{whose} {learner.verb('earns', 'earn')} {ours.earned}.{others}"
         )
-    marks += f", {_best(group, gain)} (100 %) at {format_number(gain.best)}"
+    marks = f"random play (0 %) {format_number(gain.random)}, {_best(group, gain)} (100 %) {format_number(gain.best)}"
     of = "what could be gained" if gain.is_ceiling else "what MARL gains, which is given both rewards"
-    ends = f"{_it_ends(group)} at {ours.earned}"
-    return f"{failed}{whose} reached {format_share(ours.share)} of {of}: {ends}, {marks}.{others}"
+    earns = f"{_it_earns(group)} {ours.earned} an encounter"
+    return f"{failed}{whose} reached {format_share(ours.share)} of {of}: {earns}, {marks}.{others}"
 
 
-def _it_ends(group: GameGroup) -> str:
-    return group.sides[0].verb("it ends", "they end")
+def _it_earns(group: GameGroup) -> str:
+    return group.sides[0].verb("it earns", "they earn")
 
 
 def _best(group: GameGroup, gain: Gain) -> str:
@@ -86,9 +90,11 @@ def _learned(group: GameGroup, label: str, run: ReportedRun) -> str:
     if pearson is None:
         return ""
     cost = "" if asked is None else f", from {asked.mean:,.0f} observed encounters a seed"
-    told = "" if group.handed else ", without being told"
-    correlation = f"a correlation of {format_number(pearson.mean, 3)} with the truth (1 is perfect)"
-    return f"{wants}, {label} learned to {correlation}{cost}{told}."
+    everyone = ""
+    if pearson.with_failed is not None:
+        everyone = f"; over all {pearson.with_failed.count} seeds {format_number(pearson.with_failed.mean, 3)}"
+    correlation = f"a correlation of {format_number(pearson.mean, 3)} with the truth (1 is perfect{everyone})"
+    return f"{wants}, {label} learned to {correlation}{cost}."
 
 
 def gain_note(group: GameGroup, rivals: Rivals | None) -> str:

@@ -50,6 +50,8 @@ def box_around(points: np.ndarray, margin: float) -> np.ndarray:
 def prepare_plane(axes: Axes, box: np.ndarray) -> None:
     """Limit axes to a box [[x0, x1], [y0, y1]], with the same scale both ways."""
     axes.set(xlim=tuple(box[0]), ylim=tuple(box[1]), aspect="equal", xlabel="x", ylabel="y")
+    # More numbers than these touch each other, where they have two decimals and a sign.
+    axes.locator_params(nbins=6)
 
 
 def draw_way(axes: Axes, positions: np.ndarray, until: int, colour: str, label: str) -> None:

@@ -38,5 +38,9 @@ class Estimate:
         return content if self.with_failed is None else content | {"all_seeds": self.with_failed.json()}
 
     def __str__(self) -> str:
-        digits = default_digits(self.mean)
-        return f"{format_number(self.mean, digits)} ± {format_number(self.std, digits)}"
+        return self.text(default_digits(self.mean))
+
+    def text(self, digits: int) -> str:
+        """Mean and standard deviation; of one seed, which has no spread, its value alone."""
+        mean = format_number(self.mean, digits)
+        return mean if self.count == 1 else f"{mean} ± {format_number(self.std, digits)}"

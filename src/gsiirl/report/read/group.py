@@ -56,6 +56,16 @@ class GameGroup:
         return HANDED.get(str(self.game.get("variant", "")), "")
 
     @property
+    def meeting(self) -> str:
+        """Who meets whom, and what is not known, in a sentence."""
+        learner, expert = self.sides
+        one, other = self.words.here or ("a learner", "an expert")
+        text = f"{one} {learner.verb('meets', 'meet')} {other}"
+        if not self.handed:
+            text += f", without being told what the {expert} {expert.verb('wants', 'want')}"
+        return f"{text[0].upper()}{text[1:]}."
+
+    @property
     def subject(self) -> str | None:
         """The label of the learner that all others are compared with: GSIIRL, else the first; None without any."""
         ours = (label for label, run in self.runs.items() if run.algorithm == "gsiirl")

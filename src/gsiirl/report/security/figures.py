@@ -8,9 +8,10 @@ from gsiirl.report.security.host_names import are_numbered, with_short_names
 from gsiirl.report.security.network_table import untested_hosts
 from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.security.recovery_figure import draw_recovery
-from gsiirl.report.security.sample_path import pick_sample_path
+from gsiirl.report.security.sample_path import SamplePath, pick_sample_path
 from gsiirl.report.security.sample_path_figure import draw_sample_path
 from gsiirl.report.words.algorithms import algorithm_style
+from gsiirl.report.words.sentences import counted
 
 
 def security_figures(group: GameGroup, shown: ReportedRun | None) -> list[PageFigure | None]:
@@ -33,8 +34,8 @@ def _attack_graph(
     if shown is not None and values is not None:
         caption += (
             f" The two bars of a box compare what the machine is truly worth to the attacker with what "
-            f"{algorithm_style(shown.algorithm).name} learned (mean over {len(shown.kept_seeds)} seeds): equal bars, "
-            "well learned."
+            f"{algorithm_style(shown.algorithm).name} learned (mean over {counted(len(shown.kept_seeds), 'seed')}): "
+            "equal bars, well learned."
         )
     untested = [] if shown is None else untested_hosts(graph, shown)
     if untested:
@@ -71,9 +72,22 @@ def _sample_path(group: GameGroup, graph: RecordedGraph, shown: ReportedRun | No
         "One encounter, step by step",
         f"The learned defender ({algorithm_style(shown.algorithm).name}, seed {path.seed}) against the real attacker. "
         "Red cells are machines in the attacker's hands after the step. No effect: an attack that could not succeed, "
-        "since its source is not held or its target already is; an attacker that has nothing to gain but must attack "
-        f"something picks such a one. Of {path.recorded} recorded encounters this is the one in which most machines "
-        "fall.",
+        f"since its source is not held or its target already is{_idle(graph)}. Of {path.recorded} recorded encounters "
+        "this is the one in which most machines fall."
+        f"{_end(path)}",
         "Timeline of one trajectory: attacks, blocks and compromised nodes",
         draw_sample_path(graph, path),
     )
+
+
+def _idle(graph: RecordedGraph) -> str:
+    """Why an attacker attacks in vain."""
+    if graph.expert_no_op:
+        return "; an attacker that is not perfectly rational tries such a one now and then, though it might wait"
+    return "; an attacker that has nothing to gain but must attack something picks such a one"
+
+
+def _end(path: SamplePath) -> str:
+    """What the last step's word means, where what came of it is not known."""
+    unknown = any(step.outcome == "unknown" for step in path.steps)
+    return " End: what came of the last step's attack is not recorded." if unknown else ""

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.bezier import BezierSegment
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Rectangle
+from matplotlib.text import Text
 
 from gsiirl.report.figures import style
 from gsiirl.report.figures.style import Look
@@ -20,6 +21,8 @@ EDGE_COLOUR = "#64748b"
 LABELLED_EDGES = 14
 """With more edges than these, none carries its probability: the labels would hide the graph."""
 MARGIN, LEGEND_HEIGHT = 0.2, 0.5
+LABEL = (0.36, 0.18)
+"""Room that a probability takes."""
 LEGEND_WIDTH = 10.4
 SAMPLES = 81
 BENDS = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45, 0.6)
@@ -72,7 +75,8 @@ def draw_attack_graph(graph: RecordedGraph, learned_value: np.ndarray | None, un
         arrow = FancyArrowPatch(layout.position[source], layout.position[target], **ends, **_arrow(probability))
         axes.add_patch(arrow)
         if len(graph.edges) <= LABELLED_EDGES:
-            x, y = _label_place(curve, OUTSIDE_CARD if source == OUTSIDE else CARD)
+            others = [place for node, place in layout.position.items() if node not in (source, target)]
+            x, y = _label_place(curve, OUTSIDE_CARD if source == OUTSIDE else CARD, others)
             look = CENTRED | {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.8}}
             axes.text(x, y, f"{probability:.0%}", size=8.5, color=style.FAINT_COLOUR, **look)
     _draw_legend(axes, learned_value is not None, bottom - MARGIN - LEGEND_HEIGHT / 2)
@@ -103,7 +107,8 @@ def _draw_node(
     foothold = graph.footholds[node]
     edge, width_of_edge = (style.ALARM_COLOUR, 2.2) if foothold else ("#94a3b8", 1.0)
     card = _draw_card(axes, place, CARD, 0.08, facecolor="white", edgecolor=edge, linewidth=width_of_edge)
-    axes.text(left, y + height / 2 - 0.17, name, size=10.5, weight="bold", va="center", zorder=4)
+    heading = axes.text(left, y + height / 2 - 0.17, name, size=10.5, weight="bold", va="center", zorder=4)
+    _fit(heading, right - left)
     if foothold:
         # The attacker gains nothing by taking what it holds: its value has no effect and cannot be learned.
         text = "foothold: held by the\nattacker from the start"
@@ -115,17 +120,30 @@ def _draw_node(
         return card
     gainable = [graph.can_fall(other) for other in range(len(graph.nodes))]
     longest = max(float(np.max(np.abs(each[gainable]))) for each, _ in values.values()) or 1.0
+    # Long numbers take from the bars' room, and lose decimals that nobody compares.
+    digits = 2 if longest < 100 else 1 if longest < 1000 else 0
+    letters = max(len(format_number(float(number), digits)) for each, _ in values.values() for number in each[gainable])
+    room = max(0.08, 0.46 - 0.09 * max(0, letters - 4))
     for row, (label, (each, colour)) in enumerate(values.items()):
         look: Look = {"color": colour, "alpha": 0.35 if pale and label == "learned" else 1.0}
         middle = y + height / 2 - 0.43 - 0.24 * row
         axes.text(left, middle, label, size=9, va="center", zorder=4, **look)
-        start, room = (x - width / 2 + 0.61, middle - 0.07), 0.46
+        start = (x - width / 2 + 0.61, middle - 0.07)
         filled = room * min(1.0, max(0.0, float(each[node])) / longest)
         axes.add_patch(Rectangle(start, room, 0.14, facecolor="#f1f5f9", zorder=4))
         axes.add_patch(Rectangle(start, filled, 0.14, linewidth=0, zorder=5, **look))
-        text = format_number(float(each[node]), 2)
+        text = format_number(float(each[node]), digits)
         axes.text(right, middle, text, size=9.5, weight="bold", ha="right", va="center", zorder=5, **look)
     return card
+
+
+def _fit(text: Text, width: float) -> None:
+    """Shrink a text to a width in inches."""
+    figure = text.get_figure()
+    assert figure is not None
+    drawn = text.get_window_extent().width / figure.dpi
+    if drawn > width:
+        text.set_fontsize(float(text.get_fontsize()) * width / drawn)
 
 
 def _edge_curves(graph: RecordedGraph, position: dict[int, Point]) -> list[_EdgeCurve]:
@@ -149,13 +167,18 @@ def _edge_curve(start: Point, end: Point, rad: float) -> _EdgeCurve:
     return _EdgeCurve(BezierSegment(np.array([start, control, end]))(np.linspace(0, 1, SAMPLES)), rad)
 
 
-def _label_place(curve: _EdgeCurve, source_card: Point) -> np.ndarray:
-    """A point of the part between the cards, nearer to the tail: the head must be seen."""
+def _label_place(curve: _EdgeCurve, source_card: Point, others: list[Point]) -> np.ndarray:
+    """A point of the part between the cards, off all others, nearer to the tail: the head must be seen."""
     from_source, from_target = curve.points - curve.points[0], curve.points - curve.points[-1]
     hidden = np.all(np.abs(from_source) < np.array(source_card) / 2, axis=1)
     hidden |= np.all(np.abs(from_target) < np.array(CARD) / 2, axis=1)
     visible = curve.points[~hidden]
-    return visible[int(0.4 * len(visible))] if len(visible) else curve.points[len(curve.points) // 2]
+    if not len(visible):
+        return curve.points[len(curve.points) // 2]
+    best = visible[int(0.4 * len(visible))]
+    room = np.array(CARD) / 2 + np.array(LABEL) / 2
+    free = [point for point in visible if not any(np.all(np.abs(point - place) < room) for place in others)]
+    return min(free, key=lambda point: float(np.linalg.norm(point - best)), default=best)
 
 
 def _cards_hit(curve: _EdgeCurve, others: list[Point]) -> int:

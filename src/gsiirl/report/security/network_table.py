@@ -40,7 +40,7 @@ class NetworkTable:
     numbered: bool
     """Whether figures number the machines."""
     only_differences: bool
-    """Whether costs can be learned up to a common constant only."""
+    """Whether costs can be learned up to a common constant only: they are shifted to the mean of the true ones."""
 
 
 def network_table(graph: RecordedGraph, run: ReportedRun | None) -> NetworkTable:
@@ -48,6 +48,9 @@ def network_table(graph: RecordedGraph, run: ReportedRun | None) -> NetworkTable
     learned = None if run is None else _mean(run, "expert_reward", len(graph.nodes) + len(graph.edges))
     attacks, chances = (None if run is None else _mean(run, name, len(graph.edges)) for name in ("attacks", "chances"))
     count, numbered = len(graph.nodes), are_numbered(graph.nodes)
+    if learned is not None and not graph.expert_no_op:
+        # As in the figure: their mean cannot be learned.
+        learned[count:] += graph.expert_truth[count:].mean() - learned[count:].mean()
     untested = [] if run is None else untested_hosts(graph, run)
     digits = default_digits(float(np.abs(graph.expert_truth).max()))
     hosts = [

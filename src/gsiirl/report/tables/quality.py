@@ -143,8 +143,9 @@ def _in_words(estimate: Estimate, form: str) -> str:
     if form == "count":
         return format_number(estimate.mean, 0)
     if form == "share":
-        return f"{format_number(100 * estimate.mean, 1)} ± {format_share(estimate.std)}"
-    return f"{format_number(estimate.mean, 3)} ± {format_number(estimate.std, 3)}"
+        mean = format_number(100 * estimate.mean, 1)
+        return f"{mean} %" if estimate.count == 1 else f"{mean} ± {format_share(estimate.std)}"
+    return estimate.text(3)
 
 
 def judge(group: GameGroup) -> list[QualityRow]:

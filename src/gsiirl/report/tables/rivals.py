@@ -11,11 +11,13 @@ from gsiirl.report.read.group import GameGroup
 from gsiirl.report.read.run import ReportedRun
 from gsiirl.report.read.verdict import ROUNDING, SeedValues, Verdict, judge_difference
 from gsiirl.report.words.algorithms import algorithm_style
-from gsiirl.report.words.numbers import format_difference, format_number, format_share
+from gsiirl.report.words.numbers import format_difference, format_share
 
 DEPLOYED = "deployed_return_learner"
 ORDER = ("sharp", "marl", "marl-maddpg", "ma-irl", "paper")
 """Of the rivals; all other learners come after them, and random play last."""
+NOTES = {"gsiirl": "learns by interacting", "ma-irl": "learns by watching alone"}
+"""Who learns how, for readers who do not know the names."""
 DASH = "\N{EN DASH}"
 
 
@@ -50,7 +52,9 @@ class Rival:
     overall: Estimate | None
     """Over all seeds; None where one has no number."""
     share: float | None
-    """Of the gain."""
+    """Of the gain, over the same seeds as `returns`."""
+    overall_share: float | None
+    """The same over all seeds."""
     verdict: Verdict | None
     """On the subject, compared with this one; None where there is none to be said, and of the subject itself."""
 
@@ -59,7 +63,7 @@ class Rival:
         """Its return in words: mean and standard deviation, or one exact number."""
         if self.returns is None:
             return DASH
-        return str(self.returns) if self.returns.count > 1 else format_number(self.returns.mean)
+        return str(self.returns)
 
     @property
     def over_all_seeds(self) -> str:
@@ -72,6 +76,13 @@ class Rival:
     def share_text(self) -> str:
         """The share in per cent."""
         return DASH if self.share is None else format_share(self.share)
+
+    @property
+    def share_over_all_seeds(self) -> str:
+        """The share over all seeds, where some failed; else empty."""
+        if self.overall is None or self.overall_share is None or not self.over_all_seeds:
+            return ""
+        return f"all {self.overall.count} seeds: {format_share(self.overall_share)}"
 
     @property
     def difference(self) -> str:
@@ -87,6 +98,8 @@ class Rival:
             content["return"] = self.returns.json()
         if self.share is not None:
             content["share"] = self.share
+        if self.share_over_all_seeds:
+            content["share_all_seeds"] = self.overall_share
         return content | ({} if self.verdict is None else {"subject_less_this": self.verdict.json()})
 
 
@@ -119,12 +132,13 @@ def rivals_of(group: GameGroup) -> Rivals | None:
     assert ours is not None
 
     def row(rival: _Entrant, judged: bool = True) -> Rival:
-        mean = rival.returns or rival.overall
-        share = None if mean is None or gain is None else gain.share(mean.mean)
+        share, overall = (
+            None if each is None or gain is None else gain.share(each.mean) for each in (rival.returns, rival.overall)
+        )
         verdict = judge_difference(ours, rival.values) if judged and rival.values is not None else None
-        return Rival(rival.label, rival.algorithm, rival.note, rival.returns, rival.overall, share, verdict)
+        return Rival(rival.label, rival.algorithm, rival.note, rival.returns, rival.overall, share, overall, verdict)
 
-    subject = row(_of_run(label, run), judged=False)
+    subject = row(_of_run(label, run, NOTES.get(run.algorithm, "")), judged=False)
     return Rivals(subject, [row(each) for each in _entrants(group, label)], gain)
 
 
@@ -143,6 +157,8 @@ class _Entrant:
 
 def _of_run(label: str, run: ReportedRun, note: str = "", exact: bool = False) -> _Entrant:
     returns, overall = run.estimate(DEPLOYED), run.over_all_seeds(DEPLOYED)
+    if not run.completed:
+        note = f"{note}{'; ' if note else ''}interrupted: as far as iteration {run.iterations}"
     if exact and returns is not None:
         one = Estimate.over(np.array([returns.mean]))
         return _Entrant(label, run.algorithm, note, one, one, SeedValues.exactly(one.mean))
@@ -160,7 +176,7 @@ def _entrants(group: GameGroup, subject: str) -> Iterator[_Entrant]:
     if not any(each.algorithm == "marl" for _, each in others):
         yield from _marl_without_a_run(group, run)
     for label, each in sorted(others, key=lambda other: _rank(other[1].algorithm)):
-        note = "given both rewards" if each.given_the_rewards else ""
+        note = "given both rewards" if each.given_the_rewards else NOTES.get(each.algorithm, "")
         # MARL of a finite game is an equilibrium, the same with every seed.
         yield _of_run(label, each, note, exact=each.algorithm == "marl" and not group.words.trained)
     at_random = f"{learner.verb('a ', '')}{learner} that {learner.verb(*group.words.reference)}"
