@@ -1,6 +1,7 @@
 """What the learner of a finite game plays while it learns."""
 
 from dataclasses import replace
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -8,12 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from commitment_oracle import Batch, Floats, response
-from small_games import HORIZON, JOINT, expected_counts, finite_game, problem_of, tabular
+from small_games import HORIZON, JOINT, expected_counts, expert_of, finite_game, problem_of, tabular
 
 from gsiirl import GSIIRL
 from gsiirl.irl.dependent_reward import DependentFit
 from gsiirl.irl.posterior import Draws, Inference
-from gsiirl.learners.commitment_learner import Feedback
+from gsiirl.learners.commitment_learner import CommitmentLearner, Feedback
 from gsiirl.limits import remembered
 
 GAME = finite_game()
@@ -79,3 +80,27 @@ def test_below_a_tenth_of_effective_draws_chains_take_their_place(
     assert (bool(told), rounds) == (sampled, [60 if sampled else 0])
     np.testing.assert_array_equal(believed.values, chains if sampled else drawn)
     np.testing.assert_allclose(believed.weights, np.full(48, 1 / 48) if sampled else weights)
+
+
+@pytest.mark.parametrize(("effective", "sampled"), [(14.0, True), (15.0, False)])
+def test_below_three_tenths_of_effective_draws_a_chain_is_played_for(
+    effective: float, sampled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class SeenError(Exception):
+        """Ends the update where the draw is known."""
+
+    def improved(learner: Any, objective: Any, believed: Any, *rest: Any) -> None:
+        raise SeenError(np.asarray(believed[1]))
+
+    learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME)).learner(4))
+    draws = Draws(jnp.zeros((48, 18)), jnp.full(48, 1 / 48), jnp.asarray(effective))
+    monkeypatch.setattr(Inference, "fit", lambda inference, before, memory, key: before)
+    monkeypatch.setattr(Inference, "draws", lambda *_: draws)
+    monkeypatch.setattr(Inference, "hamiltonian", lambda *given: jnp.where(given[4] > 0, jnp.ones((1, 18)), 0.0))
+    monkeypatch.setattr(CommitmentLearner, "_improved", improved)
+    state = learner.init(KEY)
+    expert = jax.tree.map(jnp.asarray, expert_of(GAME))
+    seen = expert.meet(None, learner.propose(state), 5, KEY)[1]
+    with pytest.raises(SeenError) as found:
+        learner.update(state, seen, KEY)
+    np.testing.assert_array_equal(found.value.args[0], np.full(18, 1.0 if sampled else 0.0))

@@ -250,6 +250,29 @@ def test_the_expert_of_the_model_that_was_played_does_what_the_real_one_did_wher
         np.testing.assert_array_equal(one, wanted)
 
 
+def test_far_off_is_ten_times_what_sampling_explains(lived, monkeypatch: pytest.MonkeyPatch):
+    learner, states, seen = lived
+    episodes = jax.tree.map(lambda leaf: leaf[0, 0], seen)
+    state = jax.tree.map(lambda leaf: leaf[0, -1], states)
+    state = eqx.tree_at(lambda one: one.memory.count, state, jnp.asarray(3, jnp.int32))
+    played, own, clone = learner.propose(state).policy, state.solution.expert.policy, state.explorer.expert.policy
+    modelled = episodes_from(GAME, Sides(played, own), first_states(episodes))
+
+    def discounted(each):
+        features = np.asarray(jax.vmap(jax.vmap(EXPERT.features))(each), float)
+        return np.einsum("t,dtm->dm", DISCOUNT ** np.arange(GAME.horizon), features)
+
+    gaps = discounted(modelled) - discounted(episodes)
+    noise = np.sqrt(gaps.var(axis=0).sum() / len(gaps))
+    apart = np.linalg.norm(gaps.mean(axis=0)) / noise
+    for far, expected in ((0.95 * apart, clone), (1.05 * apart, own)):
+        monkeypatch.setattr(continuous_learner, "FAR", far)
+        found, _ = learner._as_seen(state, continuous_learner.Lived(played, episodes, clone))
+        for one, wanted in zip(jax.tree.leaves(found.expert.policy), jax.tree.leaves(expected), strict=True):
+            np.testing.assert_array_equal(one, wanted)
+    assert len(gaps) == learner.trajectories
+
+
 @pytest.mark.parametrize("exploring", [False, True])
 def test_who_explores_acts_for_the_own_reward_alone_in_every_third_interaction(lived, exploring):
     learner, states, _ = lived
