@@ -131,11 +131,14 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     asked = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
-    size = tuple(map(int, asked.actions.split("x")))
+    learner_actions, expert_actions = map(int, asked.actions.split("x"))
     parts = []
     for first in range(asked.first, asked.first + asked.runs, AT_ONCE):
         seeds = range(first, first + AT_ONCE)
-        pairs = [problem_of(seed, asked.states, size, asked.horizon, asked.temperature) for seed in seeds]
+        pairs = [
+            problem_of(seed, asked.states, (learner_actions, expert_actions), asked.horizon, asked.temperature)
+            for seed in seeds
+        ]
         learners = [gsiirl.GSIIRL(problem).learner(asked.iterations) for problem, _ in pairs]
         stacked = [
             jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf) for leaf in leaves]), *each)
@@ -161,7 +164,7 @@ def table(found: Found) -> dict[str, Any]:
         "determined": float(found.determined.mean()),
         "answers": float(found.answers.mean()),
         "return": float(found.returned.mean()),
-        **{f"calibration_{name}": uniform(ranks) for name, ranks in found.ranks.items()},
+        **{f"calibration_{name}": uniform(np.asarray(ranks)) for name, ranks in found.ranks.items()},
     }
 
 

@@ -12,9 +12,10 @@ from commitment_oracle import Batch, Floats, response
 from small_games import HORIZON, JOINT, expected_counts, expert_of, finite_game, problem_of, tabular
 
 from gsiirl import GSIIRL
+from gsiirl.commitment.search import Search
 from gsiirl.irl.dependent_reward import DependentFit
 from gsiirl.irl.posterior import Draws, Inference
-from gsiirl.learners.commitment_learner import CommitmentLearner, Feedback
+from gsiirl.learners.commitment_learner import CommitmentLearner, Explore, Feedback
 from gsiirl.limits import remembered
 
 GAME = finite_game()
@@ -104,3 +105,54 @@ def test_below_three_tenths_of_effective_draws_a_chain_is_played_for(
     with pytest.raises(SeenError) as found:
         learner.update(state, seen, KEY)
     np.testing.assert_array_equal(found.value.args[0], np.full(18, 1.0 if sampled else 0.0))
+
+
+@pytest.mark.parametrize("explore", ["informative", "thompson"])
+def test_what_tells_most_is_played_in_the_first_half_alone(explore: Explore, monkeypatch: pytest.MonkeyPatch) -> None:
+    learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME), explore=explore).learner(4))
+    shape = (HORIZON, *JOINT[:2])
+    pools, telling = jnp.zeros((2, 4, *shape)).at[1].set(jnp.arange(2.0)), jnp.zeros(shape).at[..., 0].set(5.0)
+    monkeypatch.setattr(Inference, "fit", lambda inference, before, memory, key: before)
+    monkeypatch.setattr(Inference, "hamiltonian", lambda *given: jnp.zeros((1, 18)))
+    monkeypatch.setattr(CommitmentLearner, "_improved", lambda *given: pools)
+    monkeypatch.setattr(CommitmentLearner, "_telling", lambda *given: telling)
+    expert = jax.tree.map(jnp.asarray, expert_of(GAME))
+    state = learner.init(KEY)
+    seen = expert.meet(None, learner.propose(state), 5, KEY)[1]
+    for count in range(4):
+        state = eqx.tree_at(lambda one: one.count, state, jnp.asarray(float(count)))
+        played = learner.propose(learner.update(state, seen, KEY)).policy
+        expected = telling if explore == "informative" and count < 2 else pools[1, 0]
+        np.testing.assert_allclose(played, learner.commitment.policy(expected))
+
+
+def test_how_many_starts_the_searches_have(monkeypatch: pytest.MonkeyPatch) -> None:
+    class StopError(Exception):
+        """Ends a search where its starts are known."""
+
+    found: dict[str, int] = {}
+
+    def neighbours(search: Any, objective: Any, logits: Any, theta: Any, number: int, key: Any) -> Any:
+        found["near"] = number
+        return jnp.broadcast_to(logits, (number, *logits.shape))
+
+    def ascend(search: Any, objective: Any, starts: Any, believed: Any) -> None:
+        found["iteration"] = len(starts.temperature)
+        raise StopError
+
+    def best(search: Any, objective: Any, starts: Any, *rest: Any) -> None:
+        found["end"] = len(starts.temperature)
+        raise StopError
+
+    learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME)).learner(50))
+    state = learner.init(KEY)
+    monkeypatch.setattr(Search, "neighbours", neighbours)
+    monkeypatch.setattr(Search, "ascend", ascend)
+    monkeypatch.setattr(Search, "best", best)
+    believed, played = jnp.zeros((2, 18)), jnp.zeros((HORIZON, *JOINT[:2]))
+    with pytest.raises(StopError):
+        learner._improved(learner._objective(state.accessed), believed, state.pool, played, KEY)
+    with pytest.raises(StopError):
+        learner.end(state, KEY)
+    # For each of two rewards: three of the pool, what was played, two disturbed, a new one and three beside the best.
+    assert found == {"near": 3, "iteration": 2 * 10, "end": 4 + 2 * 10 + 2 * 10}

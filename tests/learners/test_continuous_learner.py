@@ -287,6 +287,16 @@ def test_who_explores_acts_for_the_own_reward_alone_in_every_third_interaction(l
             np.testing.assert_array_equal(found, wanted)
 
 
+def test_the_record_says_which_interactions_explored(lived):
+    learner, states, _ = lived
+    told = [bool(learner.report(jax.tree.map(lambda leaf, at=at: leaf[0, at], states))["exploring"]) for at in range(5)]
+    assert told == [False, False, True, False, False]
+    paper = make(**PAPER)
+    state = paper.init(jax.random.key(0))
+    state = eqx.tree_at(lambda one: one.memory.count, state, jnp.asarray(3, jnp.int32))
+    assert not bool(paper.report(state)["exploring"])
+
+
 def test_the_estimate_is_the_mean_of_what_the_lower_level_came_to_later_iterations_weighing_more(lived):
     learner, states, _ = lived
     wide = dataclasses.replace(learner, inner_loop=dataclasses.replace(learner.inner_loop, on_sphere=False))
