@@ -23,7 +23,7 @@ from cyclopts.exceptions import (
 from gsiirl._version import __version__
 from gsiirl.compilation import silence
 from gsiirl.errors import InputError, InputWarning
-from gsiirl.program_cache import keep_programs
+from gsiirl.program_cache import keep_programs, overlook_faults
 
 app = App(
     name="gsiirl",
@@ -165,6 +165,7 @@ def _told_in_lines() -> Iterator[None]:
                 print(f"gsiirl: {message}", file=sys.stderr)
 
         warnings.simplefilter("always", InputWarning)
+        overlook_faults()
         warnings.showwarning = tell
         yield
 
