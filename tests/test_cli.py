@@ -1,4 +1,5 @@
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -436,6 +437,19 @@ def test_the_program_exits_with_the_status_of_main():
     assert finished.returncode == 2
     assert finished.stderr == "gsiirl: --seeds: cannot be 0; give a whole number of at least 1 and at most 10000\n"
     assert finished.stdout == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_an_output_that_cannot_be_written_is_one_line(unbuffered: str):
+    command = [sys.executable, "-m", "gsiirl", "list"]
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    with Path("/dev/full").open("w") as full:
+        told = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, env=environment, check=False)
+        untold = subprocess.run([*command, "--x"], stdout=full, stderr=full, env=environment, check=False)
+    problem = "gsiirl: standard output: cannot be written (No space left on device)"
+    assert (told.returncode, told.stderr) == (2, f"{problem}; make room for it, or send it elsewhere\n")
+    assert untold.returncode == 2
 
 
 def test_a_run_that_is_ended_by_its_cluster_is_interrupted(

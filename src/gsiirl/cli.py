@@ -1,14 +1,16 @@
 """The command line. Nothing heavy is imported before a command needs it, so that `--help` answers at once."""
 
+import errno
+import os
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import Annotated, Any, TextIO, get_args, get_type_hints
 
 from cyclopts import App, Argument, CycloptsError, Parameter, Token
 from cyclopts.exceptions import (
@@ -87,6 +89,9 @@ app.command(
     "The exit status is 1 when a measurement misses a bound that the claim sets it.",
 )
 
+UNWRITABLE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EPIPE}
+"""Errors of an output that can take no more: it goes to a file on a full disk, or to a program that has ended."""
+
 FOLDERS = "Folders of runs or of gsiirl theory, or folders that hold such."
 
 
@@ -133,22 +138,52 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
     keep_programs()
     silence()
+    status = 0
+    try:
+        status = _status_of(sys.argv[1:] if argv is None else list(argv))
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError as error:
+        # Without a file it is of the output, or a fault of the program's.
+        if error.filename is not None or error.errno not in UNWRITABLE:
+            raise
+        _let_go(sys.stdout)
+        _say(f"standard output: cannot be written ({error.strerror}); make room for it, or send it elsewhere")
+        return status or 2
+    return status
+
+
+def _status_of(arguments: list[str]) -> int:
     try:
         with _told_in_lines(), _ended_like_interrupted():
-            status = app(sys.argv[1:] if argv is None else list(argv))
+            status = app(arguments)
     except (InputError, CycloptsError) as error:
-        print(f"gsiirl: {error if isinstance(error, InputError) else _as_input_error(error)}", file=sys.stderr)
+        _say(str(error if isinstance(error, InputError) else _as_input_error(error)))
         return 2
     except OSError as error:
-        # What nobody has put in better words; without a file it is a fault of the program's.
+        # What nobody has put in better words.
         if error.filename is None:
             raise
-        print(f"gsiirl: {error.filename}: cannot be used ({error.strerror}); use another, or allow it", file=sys.stderr)
+        _say(f"{error.filename}: cannot be used ({error.strerror}); use another, or allow it")
         return 2
     except KeyboardInterrupt as interruption:
-        print(": ".join(["gsiirl", "interrupted", *map(str, interruption.args)]), file=sys.stderr)
+        _say(": ".join(["interrupted", *map(str, interruption.args)]))
         return 130
     return status if isinstance(status, int) else 0
+
+
+def _say(line: str) -> None:
+    """A line of the program's own, where it can be said at all."""
+    try:
+        print(f"gsiirl: {line}", file=sys.stderr)
+    except OSError:
+        _let_go(sys.stderr)
+
+
+def _let_go(stream: TextIO) -> None:
+    """What could not be written would be tried, and told of, once more at the end of the program."""
+    with suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextmanager
@@ -162,7 +197,7 @@ def _told_in_lines() -> Iterator[None]:
                 show(message, category, *others, **more)
             elif str(message) not in said:
                 said.add(str(message))
-                print(f"gsiirl: {message}", file=sys.stderr)
+                _say(str(message))
 
         warnings.simplefilter("always", InputWarning)
         overlook_faults()
