@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +12,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 import gsiirl.experiments
-from gsiirl import __version__
+from gsiirl import __version__, scenarios
 from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
@@ -450,6 +451,27 @@ def test_an_output_that_cannot_be_written_is_one_line(unbuffered: str):
     problem = "gsiirl: standard output: cannot be written (No space left on device)"
     assert (told.returncode, told.stderr) == (2, f"{problem}; make room for it, or send it elsewhere\n")
     assert untold.returncode == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_that_python_would_forget_is_none_the_less_one(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    class Collected:
+        def __del__(self) -> None:
+            signal.raise_signal(number)
+
+    def known() -> list[str]:
+        Collected()
+        for _ in range(500):
+            time.sleep(0.01)
+        return []
+
+    monkeypatch.setattr(scenarios, "known_scenarios", known)
+    hook = sys.unraisablehook
+    assert main(["list"]) == 130
+    assert capsys.readouterr() == ("", "gsiirl: interrupted\n")
+    assert sys.unraisablehook is hook
 
 
 def test_a_run_that_is_ended_by_its_cluster_is_interrupted(

@@ -92,6 +92,9 @@ app.command(
 UNWRITABLE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EPIPE}
 """Errors of an output that can take no more: it goes to a file on a full disk, or to a program that has ended."""
 
+SOON = 0.05
+"""Seconds until an interruption that was lost is made again."""
+
 FOLDERS = "Folders of runs or of gsiirl theory, or folders that hold such."
 
 
@@ -207,14 +210,32 @@ def _told_in_lines() -> Iterator[None]:
 
 @contextmanager
 def _ended_like_interrupted() -> Iterator[None]:
-    """SIGTERM, with which a cluster ends a job, does what Ctrl-C does."""
+    """SIGTERM, with which a cluster ends a job, does what Ctrl-C does; and neither is lost.
+
+    An interruption that comes while Python calls back, as JAX lets it at every collection of garbage, is printed and
+    forgotten by Python. It is made once more then, a moment later.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    before, tell = signal.signal(signal.SIGTERM, signal.default_int_handler), sys.unraisablehook
+    again: list[threading.Timer] = []
+
+    def interrupt_again(lost: Any) -> None:
+        if not issubclass(lost.exc_type, KeyboardInterrupt):
+            tell(lost)
+            return
+        again.append(threading.Timer(SOON, signal.pthread_kill, (threading.main_thread().ident, signal.SIGTERM)))
+        again[-1].daemon = True
+        again[-1].start()
+
+    sys.unraisablehook = interrupt_again
     try:
         yield
     finally:
+        for timer in again:
+            timer.cancel()
+        sys.unraisablehook = tell
         signal.signal(signal.SIGTERM, before)
 
 
