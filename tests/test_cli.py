@@ -1,4 +1,5 @@
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -451,6 +452,13 @@ def test_an_output_that_cannot_be_written_is_one_line(unbuffered: str):
     problem = "gsiirl: standard output: cannot be written (No space left on device)"
     assert (told.returncode, told.stderr) == (2, f"{problem}; make room for it, or send it elsewhere\n")
     assert untold.returncode == 2
+
+
+def test_matplotlib_is_not_heard_about_a_user_without_a_home_folder():
+    logger = logging.getLogger("matplotlib")
+    logger.setLevel(logging.NOTSET)
+    assert main(["list"]) == 0
+    assert not logger.isEnabledFor(logging.WARNING)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -1,6 +1,7 @@
 """The command line. Nothing heavy is imported before a command needs it, so that `--help` answers at once."""
 
 import errno
+import logging
 import os
 import signal
 import sys
@@ -141,6 +142,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
     keep_programs()
     silence()
+    # It takes a user without a home folder for a fault, in words of its own.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     status = 0
     try:
         status = _status_of(sys.argv[1:] if argv is None else list(argv))
