@@ -38,7 +38,7 @@ def keep_programs() -> None:
 
 
 def overlook_faults() -> None:
-    """Pass over warnings that a program could not be kept, or read: it is compiled, as it would be without the folder."""
+    """Pass over warnings that a program could not be kept or read: it is compiled then, as without the folder."""
     warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache entry")
 
 
