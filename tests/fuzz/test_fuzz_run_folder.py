@@ -43,3 +43,11 @@ def test_a_horizon_of_any_number_is_refused_at_once(kind: str, name: str, tmp_pa
     path.write_bytes(resealed(re.sub(rb'"horizon": 3', b'"horizon": ' + b"9" * 12, path.read_bytes())))
     with pytest.raises(InputError, match="not of 999999999999 steps"):
         fuzz_run_folder.read_result(tmp_path / kind)
+
+
+def test_a_file_that_no_run_writes_is_not_repeated_in_the_line(tmp_path: Path):
+    fuzz_run_folder.make_played(tmp_path / "played")
+    path = tmp_path / "played" / "summary.json"
+    path.write_bytes(resealed(path.read_bytes().replace(b'"policies.safetensors"', b'"p\\u0007licies.safetensors"')))
+    with pytest.raises(InputError, match=r"summary\.json: is damaged: it names files that no run writes"):
+        fuzz_run_folder.read_played(tmp_path / "played")
