@@ -1,7 +1,10 @@
 import json
+import logging
+import os
 import signal
 import subprocess
 import sys
+import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +13,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 import gsiirl.experiments
-from gsiirl import __version__
+from gsiirl import __version__, scenarios
 from gsiirl.cli import main
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import EXPERIMENTS, ExperimentConfig, config_to_dict
@@ -438,6 +441,47 @@ def test_the_program_exits_with_the_status_of_main():
     assert finished.returncode == 2
     assert finished.stderr == "gsiirl: --seeds: cannot be 0; give a whole number of at least 1 and at most 10000\n"
     assert finished.stdout == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_an_output_that_cannot_be_written_is_one_line(unbuffered: str):
+    command = [sys.executable, "-m", "gsiirl", "list"]
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    with Path("/dev/full").open("w") as full:
+        told = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, env=environment, check=False)
+        untold = subprocess.run([*command, "--x"], stdout=full, stderr=full, env=environment, check=False)
+    problem = "gsiirl: standard output: cannot be written (No space left on device)"
+    assert (told.returncode, told.stderr) == (2, f"{problem}; make room for it, or send it elsewhere\n")
+    assert untold.returncode == 2
+
+
+def test_matplotlib_is_not_heard_about_a_user_without_a_home_folder():
+    logger = logging.getLogger("matplotlib")
+    logger.setLevel(logging.NOTSET)
+    assert main(["list"]) == 0
+    assert not logger.isEnabledFor(logging.WARNING)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_that_python_would_forget_is_none_the_less_one(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    class Collected:
+        def __del__(self) -> None:
+            signal.raise_signal(number)
+
+    def known() -> list[str]:
+        Collected()
+        for _ in range(500):
+            time.sleep(0.01)
+        return []
+
+    monkeypatch.setattr(scenarios, "known_scenarios", known)
+    hook = sys.unraisablehook
+    assert main(["list"]) == 130
+    assert capsys.readouterr() == ("", "gsiirl: interrupted\n")
+    assert sys.unraisablehook is hook
 
 
 def test_a_run_that_is_ended_by_its_cluster_is_interrupted(

@@ -4,12 +4,15 @@ import os
 import platform
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import platformdirs
 import pytest
+from filelock import FileLock
 
-from gsiirl import program_cache
+from gsiirl import program_cache, scenarios
+from gsiirl.cli import main
 
 NAMES = (
     "JAX_COMPILATION_CACHE_DIR",
@@ -60,6 +63,34 @@ def test_where_no_folder_can_be_made_nothing_is_kept(elsewhere: Path) -> None:
     assert not any(name in os.environ for name in NAMES)
 
 
+def test_a_program_that_a_killed_process_left_half_written_is_removed(elsewhere: Path) -> None:
+    folder = program_cache.program_folder()
+    folder.mkdir(parents=True)
+    for name in ("whole-cache", "whole-atime", "half-cache", "alone-atime"):
+        (folder / name).write_text("")
+    with FileLock(folder / ".lockfile"):
+        program_cache.keep_programs()
+        # Perhaps it is being written just now.
+        assert (folder / "half-cache").exists()
+    del os.environ["JAX_COMPILATION_CACHE_DIR"]
+    program_cache.keep_programs()
+    assert {path.name for path in folder.iterdir()} == {"whole-cache", "whole-atime", "alone-atime", ".lockfile"}
+
+
+def test_a_program_that_cannot_be_kept_is_no_matter(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def warn() -> None:
+        for doing in ("reading", "writing"):
+            warnings.warn(f"Error {doing} persistent compilation cache entry for 'jit_f': OSError: full", stacklevel=1)
+        warnings.warn("something else", stacklevel=1)
+
+    monkeypatch.setattr(scenarios, "known_scenarios", lambda: warn() or ["none"])
+    with pytest.warns(UserWarning, match="something else"):
+        assert main(["list"]) == 0
+    assert "persistent" not in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_neither_kept_nor_damaged_programs_change_a_byte(tmp_path: Path) -> None:
     settings = {name: value for name, value in os.environ.items() if name not in NAMES}
@@ -74,9 +105,10 @@ def test_neither_kept_nor_damaged_programs_change_a_byte(tmp_path: Path) -> None
             "--seeds=1",
             f"--out={tmp_path / name}",
         ]
-        subprocess.run(
-            [sys.executable, "-m", "gsiirl", *command], env=settings | more, check=True, stdout=subprocess.DEVNULL
+        ran = subprocess.run(
+            [sys.executable, "-m", "gsiirl", *command], env=settings | more, check=True, capture_output=True, text=True
         )
+        assert ran.stderr == ""
         found = {str(path.relative_to(tmp_path / name)): path for path in (tmp_path / name).rglob("*")}
         return {name: path.read_bytes() for name, path in found.items() if path.is_file() and "environment" not in name}
 

@@ -1,14 +1,17 @@
 """The command line. Nothing heavy is imported before a command needs it, so that `--help` answers at once."""
 
+import errno
+import logging
+import os
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import Annotated, Any, TextIO, get_args, get_type_hints
 
 from cyclopts import App, Argument, CycloptsError, Parameter, Token
 from cyclopts.exceptions import (
@@ -23,7 +26,7 @@ from cyclopts.exceptions import (
 from gsiirl._version import __version__
 from gsiirl.compilation import silence
 from gsiirl.errors import InputError, InputWarning
-from gsiirl.program_cache import keep_programs
+from gsiirl.program_cache import keep_programs, overlook_faults
 
 app = App(
     name="gsiirl",
@@ -87,6 +90,12 @@ app.command(
     "The exit status is 1 when a measurement misses a bound that the claim sets it.",
 )
 
+UNWRITABLE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EPIPE}
+"""Errors of an output that can take no more: it goes to a file on a full disk, or to a program that has ended."""
+
+SOON = 0.05
+"""Seconds until an interruption that was lost is made again."""
+
 FOLDERS = "Folders of runs or of gsiirl theory, or folders that hold such."
 
 
@@ -133,22 +142,55 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
     keep_programs()
     silence()
+    # It takes a user without a home folder for a fault, in words of its own.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    status = 0
+    try:
+        status = _status_of(sys.argv[1:] if argv is None else list(argv))
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError as error:
+        # Without a file it is of the output, or a fault of the program's.
+        if error.filename is not None or error.errno not in UNWRITABLE:
+            raise
+        _let_go(sys.stdout)
+        _say(f"standard output: cannot be written ({error.strerror}); make room for it, or send it elsewhere")
+        return status or 2
+    return status
+
+
+def _status_of(arguments: list[str]) -> int:
     try:
         with _told_in_lines(), _ended_like_interrupted():
-            status = app(sys.argv[1:] if argv is None else list(argv))
+            status = app(arguments)
     except (InputError, CycloptsError) as error:
-        print(f"gsiirl: {error if isinstance(error, InputError) else _as_input_error(error)}", file=sys.stderr)
+        _say(str(error if isinstance(error, InputError) else _as_input_error(error)))
         return 2
     except OSError as error:
-        # What nobody has put in better words; without a file it is a fault of the program's.
+        # What nobody has put in better words.
         if error.filename is None:
             raise
-        print(f"gsiirl: {error.filename}: cannot be used ({error.strerror}); use another, or allow it", file=sys.stderr)
+        _say(f"{error.filename}: cannot be used ({error.strerror}); use another, or allow it")
         return 2
     except KeyboardInterrupt as interruption:
-        print(": ".join(["gsiirl", "interrupted", *map(str, interruption.args)]), file=sys.stderr)
+        _say(": ".join(["interrupted", *map(str, interruption.args)]))
         return 130
     return status if isinstance(status, int) else 0
+
+
+def _say(line: str) -> None:
+    """A line of the program's own, where it can be said at all."""
+    try:
+        print(f"gsiirl: {line}", file=sys.stderr)
+    except OSError:
+        _let_go(sys.stderr)
+
+
+def _let_go(stream: TextIO | None) -> None:
+    """What could not be written would be tried, and told of, once more at the end of the program."""
+    if stream is not None:
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextmanager
@@ -162,23 +204,42 @@ def _told_in_lines() -> Iterator[None]:
                 show(message, category, *others, **more)
             elif str(message) not in said:
                 said.add(str(message))
-                print(f"gsiirl: {message}", file=sys.stderr)
+                _say(str(message))
 
         warnings.simplefilter("always", InputWarning)
+        overlook_faults()
         warnings.showwarning = tell
         yield
 
 
 @contextmanager
 def _ended_like_interrupted() -> Iterator[None]:
-    """SIGTERM, with which a cluster ends a job, does what Ctrl-C does."""
+    """SIGTERM, with which a cluster ends a job, does what Ctrl-C does; and neither is lost.
+
+    An interruption that comes while Python calls back, as JAX lets it at every collection of garbage, is printed and
+    forgotten by Python. It is made once more then, a moment later.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    before, tell = signal.signal(signal.SIGTERM, signal.default_int_handler), sys.unraisablehook
+    again: list[threading.Timer] = []
+
+    def interrupt_again(lost: Any) -> None:
+        if not issubclass(lost.exc_type, KeyboardInterrupt):
+            tell(lost)
+            return
+        again.append(threading.Timer(SOON, signal.pthread_kill, (threading.main_thread().ident, signal.SIGTERM)))
+        again[-1].daemon = True
+        again[-1].start()
+
+    sys.unraisablehook = interrupt_again
     try:
         yield
     finally:
+        for timer in again:
+            timer.cancel()
+        sys.unraisablehook = tell
         signal.signal(signal.SIGTERM, before)
 
 

@@ -3,6 +3,8 @@
 import hashlib
 import os
 import platform
+import warnings
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 
@@ -27,11 +29,36 @@ def keep_programs() -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return
-    if not os.access(folder, os.W_OK | os.X_OK):
+    if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
         return
+    _clear_halves(folder)
     os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
     os.environ.setdefault("JAX_COMPILATION_CACHE_MAX_SIZE", str(LARGEST))
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", str(SHORTEST))
+
+
+def overlook_faults() -> None:
+    """Pass over warnings that a program could not be kept or read: it is compiled then, as without the folder."""
+    warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache entry")
+
+
+def _clear_halves(folder: Path) -> None:
+    """Remove the programs that a killed process or a full disk left unfinished.
+
+    JAX writes a program, then beside it when it was used. A program without the second can be cut short, which JAX
+    finds at every use and never mends; and until it is used JAX keeps no other.
+    """
+    names = set(os.listdir(folder))
+    halves = [name for name in names if name.endswith("-cache") and f"{name.removesuffix('-cache')}-atime" not in names]
+    if not halves:
+        return
+    from filelock import FileLock, Timeout
+
+    # JAX's own lock: while it is held, some program is being written.
+    with suppress(OSError, Timeout), FileLock(folder / ".lockfile", timeout=0):
+        for name in halves:
+            if not (folder / f"{name.removesuffix('-cache')}-atime").exists():
+                (folder / name).unlink(missing_ok=True)
 
 
 def program_folder(of: str = "programs") -> Path:

@@ -1,8 +1,10 @@
 """Off a terminal progress is told in lines: at first, at whatever is new, and now and then."""
 
+import threading
 import time
 
 import pytest
+from rich.console import Console
 
 from gsiirl.program import progress
 from gsiirl.program.progress import Begun, shown
@@ -71,3 +73,15 @@ def test_what_is_over_is_told_no_more(capsys: pytest.CaptureFixture[str]):
         "first: preparing (0:00:00); second: preparing (0:00:00)",
         "second: preparing (0:00:00)",
     ]
+
+
+def test_a_log_on_a_full_disk_stops_nothing(monkeypatch: pytest.MonkeyPatch):
+    failed = list[BaseException]()
+    monkeypatch.setattr(threading, "excepthook", lambda told: failed.append(told.exc_value))
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Console, "print", full)
+    some_steps()
+    assert not failed

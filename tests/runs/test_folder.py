@@ -254,7 +254,7 @@ SOUND = Summary("security", "gsiirl", [3, 4, 5], [4], 2, True, {"nash_gap": Stat
         ("3,", "4,", "seeds are not in ascending order"),
         ("5\n", "9999999999999999999\n", "seeds are not in ascending order"),
         ('"files": []', '"files": ["learned.json"]', "learned.json: is missing"),
-        ('"files": []', '"files": ["../../secret"]', "secret: is missing"),
+        ('"files": []', '"files": ["../../secret"]', "names files that no run writes"),
     ],
 )
 def test_a_summary_that_cannot_be_is_named(tmp_path: Path, old: str, new: str, problem: str) -> None:

@@ -41,6 +41,10 @@ def test_a_second_process_is_refused_and_a_killed_one_forgotten(tmp_path: Path, 
             locked(folder, "--out"),
         ):
             pass
+        # A folder is named once.
+        with pytest.raises(InputError) as refused, locked(folder, str(folder)):
+            pass
+        assert str(refused.value) == f"{folder}: is in use by another process; wait until it has ended"
         process.kill()
         process.wait()
     assert [path.name for path in folder.iterdir()] == [lock.LOCK]

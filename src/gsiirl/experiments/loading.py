@@ -45,6 +45,7 @@ def load(folder: str | Path, seed: int | None = None) -> Result:
         raise InputError("seed", f"{seed} is not in {path}", f"it holds seed {saved.seed}")
     with refuse_damaged(path / "result.json", MEND):
         problem = problem_from(content, arrays)
+        _check_horizon(arrays["policy"], problem, path)
         result = Result.learned(
             problem=problem,
             seed=saved.seed,
@@ -98,6 +99,7 @@ def load_run(path: Path, seed: int | None) -> Result:
     history = folder.metrics().filter(polars.col("seed") == chosen).drop("seed")
     effective = history["effective_draws"][-1] if "effective_draws" in history.columns else np.nan
     policy = policies["learner.table"][place]
+    _check_horizon(policy, problem, path)
     result = Result.learned(
         problem=problem,
         seed=chosen,
@@ -114,6 +116,12 @@ def load_run(path: Path, seed: int | None) -> Result:
     )
     check_shapes(result, path)
     return result
+
+
+def _check_horizon(policy: np.ndarray, problem: Problem, path: Path) -> None:
+    """Refuse another horizon than the policy's, before anything is done for each step of it: it may be any number."""
+    if policy.shape[:1] != (problem.game.horizon,):
+        raise InputError(str(path), f"is damaged: its policy is not of {problem.game.horizon} steps", MEND)
 
 
 def _problem(config: GameConfig | SecurityConfig, path: Path) -> Problem:

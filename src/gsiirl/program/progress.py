@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import timedelta
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeElapsedColumn
@@ -75,8 +75,10 @@ def _write_lines(progress: Progress, ended: threading.Event) -> None:
         tasks = [task for task in progress.tasks if task.visible]
         doing = "; ".join(task.description for task in tasks)
         if doing and (doing != before or time.monotonic() - written >= EVERY):
-            progress.console.print("; ".join(map(_line, tasks)), markup=False, highlight=False, soft_wrap=True)
-            progress.console.file.flush()
+            # A log that cannot be written is no reason to stop what goes on.
+            with suppress(OSError):
+                progress.console.print("; ".join(map(_line, tasks)), markup=False, highlight=False, soft_wrap=True)
+                progress.console.file.flush()
             written, before = time.monotonic(), doing
 
 

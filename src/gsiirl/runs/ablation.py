@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Self
 
 from gsiirl.runs.files.atomic import refuse_unwritable
+from gsiirl.runs.files.checksum import carries_checksum
 from gsiirl.runs.files.json_file import as_typed, read_versioned_json, versioned, write_json
 
 PLAN = "ablation.json"
@@ -42,4 +43,7 @@ class Ablation:
             InputError: missing, damaged, or of another format.
         """
         path, mend = folder / PLAN, "run gsiirl ablation again"
-        return as_typed(cls, read_versioned_json(path, mend), path, mend)
+        content = read_versioned_json(path, mend)
+        ablation = as_typed(cls, content, path, mend)
+        carries_checksum(content, folder)
+        return ablation

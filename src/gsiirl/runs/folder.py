@@ -212,8 +212,10 @@ class RunFolder:
         summary = as_typed(Summary, read_versioned_json(path, START_AGAIN, self.carries), path, START_AGAIN)
         if (summary.experiment, summary.algorithm) != (self.config["experiment"], self.config["algorithm"]):
             raise InputError(str(path), "is damaged: it is of another run", START_AGAIN)
+        if not {*summary.files} <= {*ENDING}:
+            raise InputError(str(path), "is damaged: it names files that no run writes", START_AGAIN)
         for name in summary.files:
-            if name not in ENDING or not (self.path / name).exists():
+            if not (self.path / name).exists():
                 raise InputError(str(self.path / name), "is missing", START_AGAIN)
         return summary
 

@@ -39,7 +39,8 @@ def locked(folder: Path, field: str, mend: str = "use another folder") -> Iterat
         try:
             lock.acquire()
         except Timeout as error:
-            raise InputError(field, f"{folder} is in use by another process", "wait until it has ended") from error
+            what = "" if field == str(folder) else f"{folder} "
+            raise InputError(field, f"{what}is in use by another process", "wait until it has ended") from error
     try:
         yield
     finally:

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsiirl.errors import InputError
+from gsiirl.errors import InputError, InputWarning
 from gsiirl.report import write_ablation_page
 from gsiirl.report.ablation.results import AblationResults
 from gsiirl.report.read.verdict import RULE
@@ -132,3 +132,12 @@ def test_a_damaged_plan_is_named(tmp_path):
     write_json(tmp_path / "ablation.json", {"format_version": 1, "graphs": ["graph-0"]})
     with pytest.raises(InputError, match=r"ablation.json: is damaged"):
         write_ablation_page(tmp_path)
+
+
+def test_a_plan_without_its_checksum_is_told(tmp_path: Path):
+    PLAN.write(tmp_path)
+    assert Ablation.read(tmp_path) == PLAN
+    path = tmp_path / "ablation.json"
+    path.write_bytes(path.read_bytes().replace(b'"checksum"', b'"unlisted"').replace(b"gsiirl-sha256:", b""))
+    with pytest.warns(InputWarning, match="before files carried checksums"):
+        assert Ablation.read(tmp_path) == PLAN

@@ -23,6 +23,7 @@ from gsiirl.experiments import runner
 from gsiirl.experiments.config import ExperimentConfig
 from gsiirl.experiments.plans.planned_run import PlannedRun, cores, do, is_finished
 from gsiirl.program.progress import Begun, shown
+from gsiirl.program_cache import overlook_faults
 
 
 class Started(NamedTuple):
@@ -109,6 +110,7 @@ def _in_own_process(folder: Path, config: ExperimentConfig, share: set[int], tel
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     # Whoever started this run has looked at its folder before.
     warnings.simplefilter("ignore", InputWarning)
+    overlook_faults()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with telling:
         try:
