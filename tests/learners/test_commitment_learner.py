@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from commitment_oracle import Batch, Floats, response
+from problems import tiny_problem
 from small_games import HORIZON, JOINT, expected_counts, expert_of, finite_game, problem_of, tabular
 
 from gsiirl import GSIIRL
@@ -121,9 +122,15 @@ def test_what_tells_most_is_played_in_the_first_half_alone(explore: Explore, mon
     seen = expert.meet(None, learner.propose(state), 5, KEY)[1]
     for count in range(4):
         state = eqx.tree_at(lambda one: one.count, state, jnp.asarray(float(count)))
-        played = learner.propose(learner.update(state, seen, KEY)).policy
+        after = learner.update(state, seen, KEY)
         expected = telling if explore == "informative" and count < 2 else pools[1, 0]
-        np.testing.assert_allclose(played, learner.commitment.policy(expected))
+        np.testing.assert_allclose(learner.propose(after).policy, learner.commitment.policy(expected))
+        # Under the estimate, which is 0 here, the expert answers uniformly.
+        unknowing = replace(GAME, expert=np.zeros(JOINT))
+        best, played = Batch(unknowing).values(
+            np.stack([np.asarray(learner.commitment.policy(each)) for each in (pools[0, 0], expected)])
+        )
+        assert float(after.played_loss) == pytest.approx(best - played, abs=1e-9)
 
 
 def test_how_many_starts_the_searches_have(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,3 +163,9 @@ def test_how_many_starts_the_searches_have(monkeypatch: pytest.MonkeyPatch) -> N
         learner.end(state, KEY)
     # For each of two rewards: three of the pool, what was played, two disturbed, a new one and three beside the best.
     assert found == {"near": 3, "iteration": 2 * 10, "end": 4 + 2 * 10 + 2 * 10}
+
+
+def test_the_defender_of_a_network_earns_in_the_units_of_its_file() -> None:
+    learner = tiny_problem().learner
+    assert isinstance(learner, CommitmentLearner)
+    assert learner.unit == 1.0

@@ -334,6 +334,15 @@ def test_vmapped_seeds_equal_looped_seeds(lived):
 
 
 @pytest.mark.slow
+def test_the_papers_learner_clones_nobody(lived):
+    paper = make(**PAPER)
+    state = paper.init(jax.random.key(0))
+    episodes = jax.tree.map(lambda leaf: leaf[0, 0], lived[2])
+    cloned = paper._cloned(state, episodes, jax.random.key(1))
+    for one, other in zip(jax.tree.leaves(cloned), jax.tree.leaves(state.solution.expert.policy), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_the_papers_settings_run():
     states, _ = jax.jit(lambda: live(make(**PAPER), jnp.asarray(0), 3))()
     assert np.isfinite(np.asarray(states.commitment)).all()
