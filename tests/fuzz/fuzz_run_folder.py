@@ -151,7 +151,7 @@ def make_game(folder: Path) -> None:
     run.save_learned(
         {name: np.zeros((2, len(each))) for name, each in names.items()}, dict.fromkeys(names, 1.0), names, [0, 1]
     )
-    run.save_policies(WEIGHTS)
+    run.save_policies(WEIGHTS | {"expert_reward.draws": np.zeros((2, 3, len(names["expert_reward"])))})
     run.write_summary(summarise(run.config, run.metrics(), completed=True))
 
 

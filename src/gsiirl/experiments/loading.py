@@ -10,6 +10,7 @@ import polars
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_from_dict
 from gsiirl.experiments.game.config import GameConfig
+from gsiirl.experiments.policy_run import DRAWS
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.front_door.result import MEND, Result, check_shapes, problem_from
 from gsiirl.problems.problem import Problem
@@ -99,6 +100,9 @@ def load_run(path: Path, seed: int | None) -> Result:
     history = folder.metrics().filter(polars.col("seed") == chosen).drop("seed")
     effective = history["effective_draws"][-1] if "effective_draws" in history.columns else np.nan
     policy = policies["learner.table"][place]
+    # Runs of earlier versions have none, nor have those without a posterior.
+    drawn = policies.get(DRAWS, np.zeros((len(summary.seeds), 0, learned.arrays["expert_reward"].shape[1])))
+    draws = learned.scales["expert_reward"] * drawn[place]
     _check_horizon(policy, problem, path)
     result = Result.learned(
         problem=problem,
@@ -108,7 +112,7 @@ def load_run(path: Path, seed: int | None) -> Result:
         expert_policy=policies["expert.table"][place],
         expert_weights=learned.weights("expert_reward")[place],
         dependent_weights=learned.weights("dependent_reward")[place],
-        draws=np.zeros((0, learned.weights("expert_reward").shape[1])),
+        draws=draws,
         history=history,
         played=np.zeros((0, *policy.shape)),
         effective_draws=float(effective),

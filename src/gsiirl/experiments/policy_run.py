@@ -15,6 +15,8 @@ from gsiirl.learners.commitment_learner import CommitmentLearner, LearnerState
 from gsiirl.types import Policies, Sides, Trajectories
 
 SAMPLE_PATHS = 3
+DRAWS = "expert_reward.draws"
+"""Name under which a run folder keeps draws (K, m) from the posterior, as `learned.safetensors` keeps the weights."""
 
 
 def policy_algorithm(
@@ -52,9 +54,11 @@ def policy_algorithm(
     def finish(state: LearnerState, key: PRNGKeyArray) -> Ending:
         path_key, end_key = jax.random.split(key)
         policies = learner.end(state, end_key).policies
+        draws = learner.posterior_draws(state, jax.random.fold_in(end_key, 1))
         learned = {"expert_reward": learner.lower.estimate(state.lower), "dependent_reward": dependent(state)}
         paths = sample_paths(policies.learner, path_key)
-        return Ending(observe(state, policies), paths, learned, {}, saved(policies))
+        kept = saved(policies) | ({DRAWS: draws} if draws.size else {})
+        return Ending(observe(state, policies), paths, learned, {}, kept)
 
     return Algorithm(learner.init, advance, finish)
 

@@ -244,16 +244,13 @@ def check_shapes(result: Result, path: Path) -> None:
     Raises:
         InputError: one does not.
     """
-    game = result.problem.game
+    game, draws = result.problem.game, result.expert_reward.draws
     actions = game.number_of_actions
     wanted = {
         "policy": (result.policy, (game.horizon, game.number_of_states, actions.learner)),
         "expert_policy": (result.expert_policy, (game.horizon, game.number_of_states, actions.expert)),
         "expert_weights": (result.expert_reward.weights, (len(result.problem.expert_names),)),
-        "expert_draws": (
-            result.expert_reward.draws,
-            (len(result.expert_reward.draws), len(result.problem.expert_names)),
-        ),
+        "expert_draws": (draws, (*draws.shape[:1], len(result.problem.expert_names))),
         "dependent_weights": (result.dependent_reward.weights, (len(result.problem.dependent_names),)),
     }
     for name, (array, shape) in wanted.items():

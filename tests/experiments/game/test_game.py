@@ -69,6 +69,10 @@ def test_a_run_is_loaded_seed_by_seed_and_evaluated(finished: Path):
     for seed in (0, 1):
         result = gsiirl.load(finished, seed=seed)
         assert result.policy.shape == (2, 2, 2)
+        low, high = result.expert_reward.interval(0.98)
+        assert ((low <= result.expert_reward.table) & (result.expert_reward.table <= high)).all()
+        earns = result.return_interval(0.98)
+        assert earns[0] - 1e-9 <= result.evaluate(ARRAYS["expert_reward"])["deployed"] <= earns[1] + 1e-9
         np.testing.assert_allclose(result.policy.sum(-1), 1.0, atol=1e-12)
         recorded = json.loads((finished / "summary.json").read_text())["final"]["deployed_return_learner"]["per_seed"]
         np.testing.assert_allclose(
