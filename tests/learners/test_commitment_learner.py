@@ -13,7 +13,7 @@ from problems import tiny_problem
 from small_games import HORIZON, JOINT, expected_counts, expert_of, finite_game, problem_of, tabular
 
 from gsiirl import GSIIRL
-from gsiirl.commitment.search import Search
+from gsiirl.commitment.search import SMALL, Search
 from gsiirl.irl.dependent_reward import DependentFit
 from gsiirl.irl.posterior import Draws, Inference
 from gsiirl.learners.commitment_learner import CommitmentLearner, Explore, Feedback
@@ -65,6 +65,12 @@ def test_as_many_interactions_are_remembered_as_there_is_room_for() -> None:
     # With 3 states, 2 actions of the one side and 3 of the other a policy of 2^14 steps takes 15 * 2^14 numbers.
     for horizon, iterations, expected in ((3, 50, 50), (2**14, 50, 50), (2**14, 100, 68), (2**20, 50, 8), (3, 0, 1)):
         assert remembered(tabular(GAME, horizon=horizon).policy_size, iterations) == expected
+
+
+def test_larger_games_have_fewer_draws() -> None:
+    # A policy of one step takes 15 numbers.
+    for horizon, draws in ((3, 48), (68, 48), (69, 24), (SMALL // 15, 24), (SMALL // 15 + 1, 12)):
+        assert GSIIRL(problem_of(GAME, game=tabular(GAME, horizon=horizon))).learner(4).draws == draws
 
 
 @pytest.mark.parametrize(("effective", "sampled"), [(4.7, True), (4.9, False)])

@@ -1,4 +1,5 @@
 import dataclasses
+import inspect
 
 import equinox as eqx
 import jax
@@ -13,7 +14,7 @@ from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.hypergradients import FiniteDifference, Implicit
 from gsiirl.interaction import interact
 from gsiirl.irl import reward_gradient_expectation
-from gsiirl.learners.reward_learner import PROBE, RewardGSIIRL, RewardLearnerState
+from gsiirl.learners.reward_learner import PROBE, RewardGSIIRL, RewardLearnerState, decaying_step
 from gsiirl.scenarios import random_network
 from gsiirl.types import Interaction
 
@@ -245,3 +246,16 @@ def test_the_papers_preset_takes_the_papers_steps_on_the_newest_demonstrations_a
     )
     moved = before.commitment + estimate.value / 120.0
     np.testing.assert_allclose(state.commitment, moved / max(1.0, jnp.linalg.norm(moved)), atol=1e-9)
+
+
+def test_the_first_step_of_the_ascent_is_in_units_of_temperature_and_halved_later(problem):
+    bilevel = problem.bilevel
+    steps = decaying_step(bilevel, 3.0, 20.0)
+    first = 3.0 * float(bilevel.temperature) / bilevel.dependent_reward.scale
+    assert [float(steps(k)) for k in (0, 20, 60)] == pytest.approx([first, first / 2, first / 4])
+
+
+def test_the_defaults_are_those_of_the_experiment():
+    parameters = inspect.signature(RewardGSIIRL.create).parameters
+    for name in ("inner_steps", "inner_step_size", "step_size", "step_decay"):
+        assert parameters[name].default == getattr(SecurityConfig(), name), name
