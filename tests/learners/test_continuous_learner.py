@@ -333,7 +333,6 @@ def test_vmapped_seeds_equal_looped_seeds(lived):
         np.testing.assert_allclose(getattr(states, name)[1], getattr(alone, name), atol=1e-4)
 
 
-@pytest.mark.slow
 def test_the_papers_learner_clones_nobody(lived):
     paper = make(**PAPER)
     state = paper.init(jax.random.key(0))
@@ -343,6 +342,7 @@ def test_the_papers_learner_clones_nobody(lived):
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.slow
 def test_the_papers_settings_run():
     states, _ = jax.jit(lambda: live(make(**PAPER), jnp.asarray(0), 3))()
     assert np.isfinite(np.asarray(states.commitment)).all()
