@@ -21,7 +21,9 @@ class InputError(ValueError):
         field, problem, mend = (
             part if len(part) <= LONGEST else f"{part[:LONGEST]}..." for part in (field, problem, mend)
         )
-        super().__init__(" ".join(f"{field}: {problem}; {mend}".split()))
+        # Nor may it hold characters that a terminal acts on.
+        line = "".join(each if each.isprintable() else " " for each in f"{field}: {problem}; {mend}")
+        super().__init__(" ".join(line.split()))
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
         return type(self), (self.field, self.problem, self.mend)

@@ -205,6 +205,13 @@ def test_a_damaged_configuration_is_told(change: dict[str, Any], message: str):
     assert str(raised.value) == message
 
 
+@pytest.mark.parametrize("name", ["n\x7fise", "clon\u07b7steps", "two\nlines", "\x1b[31mseeds"])
+def test_an_unknown_field_of_strange_letters_is_told_in_one_printable_line(name: str):
+    with pytest.raises(InputError, match="is no field of the security experiment") as raised:
+        config_from_dict(config_to_dict(SecurityConfig()) | {name: 1}, Path("run/config.json"))
+    assert str(raised.value).isprintable()
+
+
 @pytest.mark.parametrize("kind", EXPERIMENTS.values())
 def test_every_whole_number_has_an_upper_bound(kind: type[ExperimentConfig]):
     whole = {name: schema for name, schema in field_schemas(kind).items() if schema["type"] == "integer"}
