@@ -43,13 +43,13 @@ METRICS = {
         "Pearson, dependent reward", "as of the expert's, for the learner's expert-dependent reward"
     ),
     "expert_reward_spearman": MetricWords(
-        "Spearman, expert's reward", "the same for the order of the rewards alone; 1 is perfect"
+        "Spearman, expert's reward", "correlation of ranks: is the order of the rewards right? 1 is perfect"
     ),
     "expert_reward_epic": MetricWords(
         "EPIC distance", "0: the same reward up to scale and a constant; 0.71: unrelated; 1: the opposite"
     ),
     "expert_reward_starc": MetricWords(
-        "STARC distance", "the same up to scale and shaping by a potential, with the game's own transitions"
+        "STARC distance", "likewise, up to scale and shaping by a potential, with the game's own transitions"
     ),
     "expert_reward_pearson_identified": MetricWords(
         "Pearson, identified part", "as above, apart from what no answer of the expert can show"
