@@ -4,6 +4,11 @@ LONGEST = 400
 """Characters of each of the three parts of an error that are shown."""
 
 
+def printable(text: str) -> str:
+    """`text` with a blank for every character that a terminal would act on, or cannot show."""
+    return "".join(each if each.isprintable() else " " for each in text)
+
+
 class InputError(ValueError):
     """Bad input, said in one line: the field, what is wrong with it, and how to mend it.
 
@@ -22,8 +27,7 @@ class InputError(ValueError):
             part if len(part) <= LONGEST else f"{part[:LONGEST]}..." for part in (field, problem, mend)
         )
         # Nor may it hold characters that a terminal acts on.
-        line = "".join(each if each.isprintable() else " " for each in f"{field}: {problem}; {mend}")
-        super().__init__(" ".join(line.split()))
+        super().__init__(" ".join(printable(f"{field}: {problem}; {mend}").split()))
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
         return type(self), (self.field, self.problem, self.mend)

@@ -148,7 +148,7 @@ class Result:
         Raises:
             InputError: the policy or the level cannot be, or the result has no posterior.
         """
-        played = learner_policy("policy", policy, self.problem.game)
+        played = checked_policy("policy", policy, self.problem.game)
         draws = self.expert_reward.draws_for("answer_interval") / self.problem.unit
         with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
             model = ConditionalLikelihood(self.problem.game, self.problem.expert_features, self.problem.discount)
@@ -165,7 +165,7 @@ class Result:
             InputError: the policy or the level cannot be, or the result has no posterior.
         """
         problem = self.problem
-        played = learner_policy("policy", self.policy if policy is None else policy, problem.game)
+        played = checked_policy("policy", self.policy if policy is None else policy, problem.game)
         draws = self.expert_reward.draws_for("return_interval") / problem.unit
         with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
             commitment = Commitment(problem.game, problem.own_reward + problem.dependent_value, problem.discount)
@@ -319,7 +319,7 @@ def problem_from(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -
     )
 
 
-def learner_policy(argument: str, policy: object, game: AbstractTabularGame) -> Array:
+def checked_policy(argument: str, policy: object, game: AbstractTabularGame) -> Array:
     """π_l (T, S, A_l) of a user, who may leave the time out.
 
     Raises:

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from gsiirl.errors import InputError, NetworkWarning
+from gsiirl.errors import InputError, NetworkWarning, printable
 from gsiirl.scenarios.network import MAXIMUM_NODES, OUTSIDE, AttackNetwork, Variant
 
 INTERNET = (0, 0)
@@ -270,5 +270,5 @@ def _shown(value: object, length: int = 40) -> str:
     if isinstance(value, int) and abs(value) >= 10**length:
         return "a number beyond all bounds"
     text = "empty" if value is None else str(value)
-    text = "".join(character if character.isprintable() else " " for character in text[: 2 * length])
+    text = printable(text[: 2 * length])
     return text if len(text) <= length else f"{text[: length - 3]}..."

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from gsiirl.errors import InputError
+from gsiirl.errors import InputError, printable
 
 Variant = Literal["general_sum", "zero_sum"]
 
@@ -202,7 +202,7 @@ def shown(text: str, limit: int = 60) -> str:
     """A text of the user's as messages show it: short, and without characters that a terminal would act on."""
     if len(text) > limit:
         text = f"{text[: limit - 20]}...{text[-17:]}"
-    return "".join(character if character.isprintable() else " " for character in text)
+    return printable(text)
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
