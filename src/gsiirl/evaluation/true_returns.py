@@ -24,14 +24,21 @@ class TrueReturns:
     """Returns under both true rewards, and best responses and equilibria that a search with them finds.
 
     Everything is measured on the same `episodes` initial states; what is chosen by its return, as a best response is,
-    is chosen on as many others. `trainer` moves both sides and `tester` one alone, over `steps` steps each.
+    is chosen on as many others. `trainer` moves both sides for `training_steps`, `tester` one alone for
+    `judging_steps`.
     """
 
     def __init__(
-        self, rewards: Sides[TransitionReward], trainer: Pathwise, tester: Pathwise, steps: int, episodes: int
+        self,
+        rewards: Sides[TransitionReward],
+        trainer: Pathwise,
+        tester: Pathwise,
+        training_steps: int,
+        judging_steps: int,
+        episodes: int,
     ) -> None:
         self.game, self.rewards, self.trainer, self.tester = trainer.game, rewards, trainer, tester
-        self._steps = steps
+        self._training_steps, self._judging_steps = training_steps, judging_steps
         start_key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)[0]
         self.starts = initial_states(self.game, start_key, episodes)
         self._others = initial_states(self.game, jax.random.fold_in(start_key, 1), episodes)
@@ -57,7 +64,7 @@ class TrueReturns:
     def marl(self, key: PRNGKeyArray) -> Sides[Ascent]:
         """What MARL comes to with both true rewards."""
         start_key, ascent_key = jax.random.split(key)
-        return self.trainer.ascend(self.trainer.init(start_key), self.rewards, ascent_key, self._steps)[0]
+        return self.trainer.ascend(self.trainer.init(start_key), self.rewards, ascent_key, self._training_steps)[0]
 
     def untrained(self, key: PRNGKeyArray) -> Sides[PolicyNetwork]:
         """An untrained learner, and the true expert that has trained against it."""
@@ -82,8 +89,8 @@ class TrueReturns:
         begun: list[Ascent] = [getattr(each, side) for each in fresh]
         begun += [Ascent(one, begun[0].optimiser) for one in known]
         starts = jax.tree.map(lambda *each: jnp.stack(each), *begun)
-        trial = int(TRIED * self._steps)
+        trial = int(TRIED * self._judging_steps)
         tried = jax.vmap(lambda start: climb(start, trial_key, trial))(starts)
         best = jnp.argmax(jax.vmap(worth)(tried.policy))
         promising = jax.tree.map(lambda each: each[best], tried)
-        return climb(promising, rest_key, self._steps - trial).policy
+        return climb(promising, rest_key, self._judging_steps - trial).policy

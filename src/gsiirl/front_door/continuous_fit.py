@@ -197,13 +197,19 @@ class ContinuousGSIIRL(
         trainer = self.solver(self.settling_steps, TRAINED_RATE)
         return trainer.settle(policies_of(solution), rewards, key, self.settling_steps)
 
-    def true_returns(self, expert_reward: TransitionReward, training_steps: int, episodes: int) -> TrueReturns:
-        """What policies earn when r_e is `expert_reward`, over `episodes`; searches take `training_steps` steps."""
+    def true_returns(
+        self, expert_reward: TransitionReward, training_steps: int, judging_steps: int, episodes: int
+    ) -> TrueReturns:
+        """What policies earn when r_e is `expert_reward`, over `episodes`.
+
+        A pair trains for `training_steps` steps, a best response for `judging_steps`.
+        """
         return TrueReturns(
             self.problem.true_rewards(expert_reward),
             self.solver(training_steps, TRAINED_RATE),
-            self.responder(training_steps, TRAINED_RATE),
+            self.responder(judging_steps, TRAINED_RATE),
             training_steps,
+            judging_steps,
             episodes,
         )
 

@@ -129,7 +129,7 @@ class ContinuousResult:
         reward = reward_of("expert_reward", expert_reward, random_steps(self.problem.game))
         steps = whole_number("training_steps", training_steps, 1)
         with single_precision():
-            true = self.true_returns(reward, steps, whole_number("evaluation_episodes", evaluation_episodes, 1))
+            true = self.true_returns(reward, steps, steps, whole_number("evaluation_episodes", evaluation_episodes, 1))
             pair = Sides(self.policy, self.expert_policy)
             return evaluate(true, pair, self.problem.discount, jax.random.key(self.seed))
 

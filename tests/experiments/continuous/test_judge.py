@@ -12,7 +12,9 @@ pytestmark = pytest.mark.usefixtures("optax_promotion")
 
 
 def judge_of(steps: int) -> Judge:
-    config = CrossingConfig(horizon=6, hidden=8, batch=16, evaluation_episodes=32, training_steps=steps).resolved()
+    config = CrossingConfig(
+        horizon=6, hidden=8, batch=16, evaluation_episodes=32, training_steps=steps, judging_steps=steps
+    ).resolved()
     return Judge(config, build(config))
 
 

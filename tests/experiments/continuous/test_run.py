@@ -41,6 +41,7 @@ TINY: dict[str, Any] = {
     "model_response_steps": 2,
     "settling_steps": 2,
     "training_steps": 4,
+    "judging_steps": 4,
     "maddpg_episodes": 1,
     "evaluation_episodes": 8,
     "hidden": 4,

@@ -65,7 +65,10 @@ class ContinuousConfig(RunConfig):
     """Solver steps that the forward model takes after the last iteration, under the last rewards, before its policies
     are judged and kept; not of `marl` (not in paper)."""
     training_steps: int = Field(default=1000, ge=1, le=MANY)
-    """Solver steps of `marl`, and of the best responses that final policies are judged by."""
+    """Solver steps of `marl`, and of the pair that metrics call `truth`."""
+    judging_steps: int = Field(default=1000, ge=1, le=MANY)
+    """Steps of the best responses that final policies are judged by; the real expert takes a quarter of them before the
+    first interaction."""
     maddpg_episodes: int = Field(default=800, ge=1, le=MANY)
     """Episodes of 100 environments that `marl` by MADDPG learns for, with an update after each of their steps."""
     hidden: int = Field(default=64, ge=1, le=4096)

@@ -30,7 +30,10 @@ class Judge:
     def __init__(self, config: ContinuousConfig, experiment: ContinuousExperiment) -> None:
         self.config, self.experiment = config, experiment
         self.true = front_door_of(config, experiment.problem).true_returns(
-            experiment.true_expert_reward, config.training_steps, config.evaluation_episodes
+            experiment.true_expert_reward,
+            config.training_steps,
+            config.judging_steps,
+            config.evaluation_episodes,
         )
         _, sample_key, self._key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)
         self._sample = jax.vmap(experiment.anywhere)(jax.random.split(sample_key, COMPARED))

@@ -124,7 +124,7 @@ def expert_of(config: ContinuousConfig, experiment: ContinuousExperiment) -> Con
         config.discount,
         iterations=config.iterations,
         steps=config.response_steps,
-        first_steps=config.training_steps // 4,
+        first_steps=config.judging_steps // 4,
         batch=config.batch,
         hidden=config.hidden,
         learning_rate=config.learning_rate,

@@ -27,4 +27,7 @@ class CrossingConfig(ContinuousConfig):
     solver_steps: int = Field(default=40, ge=1, le=MANY)
     """Solver steps in each outer iteration, from the policies of the last one."""
     training_steps: int = Field(default=2000, ge=1, le=MANY)
-    """Solver steps of `marl`, and of the best responses that final policies are judged by."""
+    """Solver steps of `marl`, and of the pair that metrics call `truth`."""
+    judging_steps: int = Field(default=2000, ge=1, le=MANY)
+    """Steps of the best responses that final policies are judged by; the real expert takes a quarter of them before the
+    first interaction."""

@@ -30,6 +30,7 @@ QUICK_CONTINUOUS = {
     "solver_steps": 30,
     "batch": 64,
     "training_steps": 200,
+    "judging_steps": 200,
     "evaluation_episodes": 200,
     "maddpg_episodes": 40,
 }
