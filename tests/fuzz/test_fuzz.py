@@ -1,12 +1,17 @@
 """A short run of the fuzzers, without Atheris."""
 
 import pytest
-from fuzz import graphml_network, json_network, vulnerabilities
+from fuzz import graphml_network, json_network, nasim_scenario, vulnerabilities
 from fuzz.driver import LARGEST, Target, changed_samples, check, grown
 
 from gsiirl.errors import InputError
 
-TARGETS = {"json": json_network.TARGET, "graphml": graphml_network.TARGET, "csv": vulnerabilities.TARGET}
+TARGETS = {
+    "json": json_network.TARGET,
+    "graphml": graphml_network.TARGET,
+    "csv": vulnerabilities.TARGET,
+    "nasim": nasim_scenario.TARGET,
+}
 
 
 @pytest.mark.slow
