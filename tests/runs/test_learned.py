@@ -1,5 +1,6 @@
 """Learned parameters and sample paths come back with their names and scales."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from resealing import rewrite
 
 from gsiirl.errors import InputError
 from gsiirl.runs import RunFolder, Summary
+from gsiirl.runs.learned import Interval
 
 ARRAYS = {"expert_reward": np.array([[0.5, 0.1], [0.4, 0.2]]), "commitment": np.array([[0.3], [0.2]])}
 SCALES = {"expert_reward": 4.0, "commitment": 1.0}
@@ -27,6 +29,27 @@ def test_weights_are_scale_times_parameter(run: RunFolder) -> None:
     assert learned.seeds == [3, 5]
     assert learned.names == NAMES
     np.testing.assert_array_equal(learned.weights("expert_reward"), [[2.0, 0.4], [1.6, 0.8]])
+
+
+INTERVAL = Interval(0.9, [1.5, 0.1], [2.5, 0.9], [True, False])
+
+
+def test_intervals_come_back_where_there_is_a_posterior(run: RunFolder) -> None:
+    run.save_learned(ARRAYS, SCALES, NAMES, [3, 5], {"expert_reward": [INTERVAL, None]})
+    learned = run.load_learned()
+    assert learned is not None
+    assert learned.intervals == {"expert_reward": [INTERVAL, None]}
+    run.save_learned(ARRAYS, SCALES, NAMES, [3, 5])
+    learned = run.load_learned()
+    assert learned is not None
+    assert learned.intervals == {}
+
+
+@pytest.mark.parametrize("intervals", [[INTERVAL], [INTERVAL, replace(INTERVAL, low=[1.5])]])
+def test_intervals_of_other_seeds_or_weights_are_damaged(run: RunFolder, intervals: list[Interval | None]) -> None:
+    run.save_learned(ARRAYS, SCALES, NAMES, [3, 5], {"expert_reward": intervals})
+    with pytest.raises(InputError, match="is damaged: expert_reward has intervals for other"):
+        run.load_learned()
 
 
 def test_the_same_parameters_give_the_same_bytes(run: RunFolder) -> None:

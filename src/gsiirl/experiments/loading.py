@@ -10,7 +10,6 @@ import polars
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_from_dict
 from gsiirl.experiments.game.config import GameConfig
-from gsiirl.experiments.policy_run import DRAWS
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.front_door.result import MEND, Result, check_shapes, problem_from
 from gsiirl.problems.problem import Problem
@@ -21,6 +20,7 @@ from gsiirl.runs.files.checksum import carries_checksum
 from gsiirl.runs.files.damage import refuse_damaged, refuse_unreadable
 from gsiirl.runs.files.json_file import as_typed, read_versioned_json
 from gsiirl.runs.files.table_file import read_table
+from gsiirl.runs.policies import DRAWS
 
 
 def load(folder: str | Path, seed: int | None = None) -> Result:

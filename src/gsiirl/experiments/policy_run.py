@@ -12,11 +12,10 @@ from gsiirl.experts.tabular_expert import AbstractTabularExpert
 from gsiirl.games.rollout import rollout
 from gsiirl.interaction import Meeting, interact
 from gsiirl.learners.commitment_learner import CommitmentLearner, LearnerState
+from gsiirl.runs.policies import DRAWS
 from gsiirl.types import Policies, Sides, Trajectories
 
 SAMPLE_PATHS = 3
-DRAWS = "expert_reward.draws"
-"""Name under which a run folder keeps draws (K, m) from the posterior, as `learned.safetensors` keeps the weights."""
 
 
 def policy_algorithm(

@@ -21,6 +21,7 @@ from gsiirl.compilation import OF_A_RUN
 from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
+from gsiirl.experiments.known_weights import intervals_of
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
 from gsiirl.program.command import command
 from gsiirl.program.progress import Begun, Told, shown
@@ -205,6 +206,7 @@ def _finish(
             {name: prepared.parameters[name].scale for name in ending.learned},
             {name: list(prepared.parameters[name].names) for name in ending.learned},
             np.asarray(seeds).tolist(),
+            intervals_of(ending.policies, ending.record, prepared.parameters["expert_reward"].scale),
         )
     if ending.policies:
         folder.save_policies({name: np.asarray(value) for name, value in ending.policies.items()})

@@ -17,9 +17,8 @@ import polars
 from gsiirl.errors import InputError
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
+from gsiirl.runs.learned import DETERMINED
 
-DETERMINED = 0.5
-"""Standard deviation of the posterior, as a share of the prior's, up to which a weight or a direction is determined."""
 ALIKE = 0.25
 """By how much entries of a direction may differ from their mean, as a share of it, to be called a common constant."""
 SHOWN = 5

@@ -21,7 +21,7 @@ from gsiirl.runs.files.damage import START_AGAIN, refuse_damaged, refuse_unreada
 from gsiirl.runs.files.json_file import as_typed, read_json, read_versioned_json, sealed_json, versioned, write_json
 from gsiirl.runs.files.numbers import is_sound
 from gsiirl.runs.files.table_file import read_table, write_table
-from gsiirl.runs.learned import LearnedParameters, read_learned, write_learned
+from gsiirl.runs.learned import Interval, LearnedParameters, read_learned, write_learned
 from gsiirl.runs.lock import LOCK
 from gsiirl.runs.metrics import append_chunk, read_chunks
 from gsiirl.runs.policies import read_policies, write_policies
@@ -142,9 +142,13 @@ class RunFolder:
         scales: Mapping[str, float],
         names: Mapping[str, Sequence[str]],
         seeds: Sequence[int],
+        intervals: Mapping[str, Sequence[Interval | None]] = {},
     ) -> None:
-        """Write the learned parameters: per name an array [seeds, features], its scale and its feature names."""
-        write_learned(self.path, arrays, scales, names, seeds)
+        """Write the learned parameters: per name an array [seeds, features], its scale and its feature names.
+
+        `intervals` are those of the weights, one a seed, for what has a posterior.
+        """
+        write_learned(self.path, arrays, scales, names, seeds, intervals)
 
     def load_learned(self, summary: Summary | None = None) -> LearnedParameters | None:
         """The learned parameters, or None where there are none; see `_recorded` for `summary`."""

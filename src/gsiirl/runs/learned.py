@@ -1,7 +1,7 @@
 """What a run learned: parameters of rewards, with the names and the scale that make them readable."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,20 @@ from gsiirl.runs.files.damage import START_AGAIN
 from gsiirl.runs.files.json_file import as_typed, read_versioned_json, versioned, write_json
 from gsiirl.runs.files.numbers import is_sound
 from gsiirl.runs.summary import Summary
+
+DETERMINED = 0.5
+"""Standard deviation of the posterior, as a share of the prior's, up to which a weight or a direction is determined."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Between which values the weights of one seed lie with probability `level`, in reward units."""
+
+    level: float
+    low: list[float]
+    high: list[float]
+    determined: list[bool]
+    """Whether the interactions determined each weight: its deviation is at most half of the prior's."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +39,8 @@ class LearnedParameters:
     """Reward units of a parameter of 1."""
     names: dict[str, list[str]]
     """Feature names, in the order of the parameters."""
+    intervals: dict[str, list[Interval | None]]
+    """Of what has a posterior: an interval a seed, None where the seed has none."""
 
     def weights(self, name: str) -> np.ndarray:
         """Weights in reward units, scale * parameter, of shape [seeds, features]."""
@@ -37,11 +53,12 @@ def write_learned(
     scales: Mapping[str, float],
     names: Mapping[str, Sequence[str]],
     seeds: Sequence[int],
+    intervals: Mapping[str, Sequence[Interval | None]],
 ) -> None:
     """Write `learned.safetensors` and `learned.json`.
 
     Raises:
-        ValueError: the three mappings name different parameters, or a shape is not [seeds, features].
+        ValueError: the first three mappings name different parameters, or a shape is not [seeds, features].
     """
     if not arrays.keys() == scales.keys() == names.keys():
         raise ValueError(f"arrays, scales and names differ: {sorted(arrays)}, {sorted(scales)}, {sorted(names)}")
@@ -53,6 +70,8 @@ def write_learned(
         name: {"shape": list(arrays[name].shape), "scale": float(scales[name]), "names": list(names[name])}
         for name in arrays
     }
+    for name, each in intervals.items():
+        parameters[name]["intervals"] = [None if one is None else asdict(one) for one in each]
     content = versioned({"seeds": [int(seed) for seed in seeds], "parameters": parameters})
     write_json(folder / "learned.json", content)
 
@@ -74,6 +93,11 @@ def read_learned(folder: Path, summary: Summary | None, carries: bool = False) -
         shape = (len(described.seeds), len(each.names))
         if arrays[name].shape != shape or each.shape != list(shape) or arrays[name].dtype.kind != "f":
             raise InputError(str(path), f"{name} does not fit its array of shape {arrays[name].shape}", START_AGAIN)
+        known = [one for one in each.intervals or [] if one is not None]
+        if each.intervals is not None and len(each.intervals) != shape[0]:
+            raise InputError(str(path), f"is damaged: {name} has intervals for other seeds", START_AGAIN)
+        if any({len(one.low), len(one.high), len(one.determined)} != {shape[1]} for one in known):
+            raise InputError(str(path), f"is damaged: {name} has intervals for other weights", START_AGAIN)
     if summary is not None:
         if summary.seeds != described.seeds:
             raise InputError(str(path), "is damaged: it is not of the seeds of summary.json", START_AGAIN)
@@ -83,6 +107,7 @@ def read_learned(folder: Path, summary: Summary | None, carries: bool = False) -
         arrays,
         {name: each.scale for name, each in described.parameters.items()},
         {name: each.names for name, each in described.parameters.items()},
+        {name: each.intervals for name, each in described.parameters.items() if each.intervals is not None},
     )
 
 
@@ -105,6 +130,7 @@ class _Parameter:
     shape: list[int]
     scale: float
     names: list[str]
+    intervals: list[Interval | None] | None = None
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,9 @@ from gsiirl.runs.files.json_file import FORMAT_VERSION
 from gsiirl.runs.learned import refuse_unsound
 from gsiirl.runs.summary import Summary
 
+DRAWS = "expert_reward.draws"
+"""Name under which draws (K, m) from the posterior are kept, in units of the scale of `learned.json`."""
+
 
 def write_policies(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
     """Write the weights, each of shape [seeds, ...], under names such as `learner.layers.0.weight`."""

@@ -14,9 +14,10 @@ from gsiirl.report.read.estimate import Estimate
 from gsiirl.report.read.made import Made
 from gsiirl.report.read.undefined import undefined_correlations
 from gsiirl.report.read.verdict import SeedValues
-from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, summarise
+from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, Summary, summarise
 from gsiirl.runs.files.damage import START_AGAIN
 from gsiirl.runs.files.numbers import LARGEST
+from gsiirl.runs.policies import DRAWS
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,8 @@ class ReportedRun:
     """Correlations that there are not: with a reward that is the same whatever happens."""
     metrics: polars.DataFrame
     learned: LearnedParameters | None
+    expert_draws: np.ndarray | None
+    """Draws from the posterior of the weights of r_e in reward units, [kept seeds, draws, features]; None for none."""
     paths: polars.DataFrame | None
     reward_map: polars.DataFrame | None
     wall_seconds: float | None
@@ -67,7 +70,7 @@ class ReportedRun:
         summary = folder.summary() or summarise(folder.config, metrics, completed=False)
         environment = folder.environment()
         final = {name: np.array(each.per_seed) for name, each in summary.final.items()}
-        undefined = undefined_correlations(final)
+        undefined, learned = undefined_correlations(final), folder.load_learned(summary)
         return cls(
             path=path,
             experiment=summary.experiment,
@@ -81,7 +84,8 @@ class ReportedRun:
             ends=_ends(metrics),
             undefined=undefined,
             metrics=metrics.filter(~polars.col("seed").is_in(summary.failed_seeds)).drop(*undefined),
-            learned=folder.load_learned(summary),
+            learned=learned,
+            expert_draws=_expert_draws(folder, learned, summary),
             paths=folder.paths(summary),
             reward_map=folder.reward_map(summary),
             wall_seconds=None if environment is None else environment.wall_seconds,
@@ -109,6 +113,12 @@ class ReportedRun:
         if (kept["step"] != kept.select(polars.int_range(polars.len()).over("seed", "trajectory")).to_series()).any():
             raise InputError(str(path), "is damaged: it lacks a step, or has one twice", START_AGAIN)
         return kept.partition_by("seed", "trajectory", maintain_order=True)
+
+    @property
+    def prior_deviation(self) -> np.ndarray | None:
+        """Standard deviation of the prior of the weights of r_e in reward units, [kept seeds]; None for none."""
+        prior = self.final.get("prior_deviation")
+        return None if prior is None or self.learned is None else self.learned.scales["expert_reward"] * prior
 
     @property
     def given_the_rewards(self) -> bool:
@@ -176,6 +186,17 @@ class ReportedRun:
             return None
         kept = [index for index, seed in enumerate(self.learned.seeds) if seed not in self.failed_seeds]
         return self.learned.weights(parameter)[kept] if kept else None
+
+
+def _expert_draws(folder: RunFolder, learned: LearnedParameters | None, summary: Summary) -> np.ndarray | None:
+    policies = folder.load_policies()
+    if learned is None or policies is None or DRAWS not in policies:
+        return None
+    kept = [place for place, seed in enumerate(summary.seeds) if seed not in summary.failed_seeds]
+    draws, weights = policies[DRAWS], learned.arrays["expert_reward"]
+    if draws.ndim != 3 or draws.shape[2] != weights.shape[1]:
+        raise InputError(str(folder.path / "policies.safetensors"), f"{DRAWS} does not fit the weights", START_AGAIN)
+    return learned.scales["expert_reward"] * draws[kept] if kept else None
 
 
 def _ends(metrics: polars.DataFrame) -> dict[str, np.ndarray]:

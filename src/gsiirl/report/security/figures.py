@@ -55,11 +55,23 @@ def _recovery(group: GameGroup, graph: RecordedGraph) -> PageFigure | None:
     return page_figure(
         f"{group.key}-recovery",
         "Are the learned rewards the true ones?",
-        "Each point is one weight of a reward, with its standard deviation over seeds: on the diagonal it was learned "
-        "exactly. Machines that can never fall are left out: what they are worth has no effect. The last panel follows "
-        "the agreement along the iterations.",
+        "Each point is one weight of a reward: on the diagonal it was learned exactly. "
+        f"{_bars(group)} Machines that can never fall are left out: what they are worth has no effect. The last panel "
+        "follows the agreement along the iterations.",
         "Learned against true reward weights, and their correlation along the iterations",
         draw_recovery(group, graph),
+    )
+
+
+def _bars(group: GameGroup) -> str:
+    """What the bars of the recovery figure are."""
+    deviation = "the standard deviation over seeds"
+    drawn = [label for label, run in group.runs.items() if run.expert_draws is not None]
+    if not drawn:
+        return f"Bars are {deviation}."
+    return (
+        f"Bars of the attacker's weights by {' and '.join(drawn)} are where a weight lies with 90 %, as one seed "
+        f"knows it; the other bars are {deviation}. Grey and hollow: not determined by what was seen."
     )
 
 

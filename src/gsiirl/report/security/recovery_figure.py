@@ -11,11 +11,14 @@ from gsiirl.report.figures.style import FAINT_COLOUR, Look
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.words.algorithms import algorithm_style
+from gsiirl.runs.learned import DETERMINED
 
 COMMON_CONSTANT = (
     "* up to a common constant: an attacker that must attack something pays some cost every step, "
     "so their mean cannot be learned"
 )
+
+UNDETERMINED_COLOUR = "#94a3b8"
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,29 @@ class _Series:
     learned: np.ndarray
     """[seeds, features]"""
     hollow: bool = False
+    draws: np.ndarray | None = None
+    """[seeds, draws, features], from the posterior; None where there is none."""
+    prior: np.ndarray | None = None
+    """[seeds], the standard deviation of the prior."""
+
+    @property
+    def bars(self) -> np.ndarray:
+        """[2, features]: how far the bar of the mean goes down and up.
+
+        The 90 % interval of a seed, on average over seeds; where there is no posterior the deviation over seeds.
+        """
+        if self.draws is None:
+            seeds = len(self.learned)
+            return np.broadcast_to(self.learned.std(axis=0, ddof=1) if seeds > 1 else 0.0, (2, len(self.true)))
+        low, high = np.quantile(self.draws, (0.05, 0.95), axis=1)
+        return np.maximum([(self.learned - low).mean(axis=0), (high - self.learned).mean(axis=0)], 0.0)
+
+    @property
+    def determined(self) -> np.ndarray:
+        """[features]: whether most seeds determined the weight; all of them where there is no posterior."""
+        if self.draws is None or self.prior is None:
+            return np.ones(len(self.true), bool)
+        return np.median(self.draws.std(axis=1, ddof=1) / self.prior[:, None], axis=0) <= DETERMINED
 
 
 def draw_recovery(group: GameGroup, graph: RecordedGraph) -> Figure | None:
@@ -68,12 +94,24 @@ def _series(
     group: GameGroup, parameter: str, truth: np.ndarray, part: np.ndarray, suffix: str = "", hollow: bool = False
 ) -> list[_Series]:
     """The features in `part` of every run that learned all features of `truth`."""
-    learned = {label: run.weights(parameter) for label, run in group.runs.items()}
-    return [
-        _Series(label + suffix, algorithm_style(group.runs[label].algorithm).colour, truth[part], each[:, part], hollow)
-        for label, each in learned.items()
-        if each is not None and each.shape[1] >= len(truth)
-    ]
+    series: list[_Series] = []
+    for label, run in group.runs.items():
+        learned, colour = run.weights(parameter), algorithm_style(run.algorithm).colour
+        if learned is None or learned.shape[1] < len(truth):
+            continue
+        draws = run.expert_draws if parameter == "expert_reward" else None
+        series.append(
+            _Series(
+                label + suffix,
+                colour,
+                truth[part],
+                learned[:, part],
+                hollow,
+                None if draws is None else draws[:, :, part],
+                run.prior_deviation,
+            )
+        )
+    return series
 
 
 def _up_to_a_constant(series: _Series) -> _Series:
@@ -81,19 +119,28 @@ def _up_to_a_constant(series: _Series) -> _Series:
 
     An attacker that cannot abstain pays one of its costs every step, whatever it does: nobody can learn their mean.
     """
-    learned = series.learned
-    return replace(series, learned=learned - learned.mean(axis=1, keepdims=True) + series.true.mean())
+
+    def moved(weights: np.ndarray) -> np.ndarray:
+        return weights - weights.mean(axis=-1, keepdims=True) + series.true.mean()
+
+    draws = None if series.draws is None else moved(series.draws)
+    return replace(series, learned=moved(series.learned), draws=draws)
 
 
 def _draw_scatter(panel: Axes, title: str, series: list[_Series]) -> None:
     extremes: list[float] = [0.0]
     for each in series:
-        mean = each.learned.mean(axis=0)
-        std = each.learned.std(axis=0, ddof=1) if len(each.learned) > 1 else np.zeros(len(each.true))
+        mean, bars, known = each.learned.mean(axis=0), each.bars, each.determined
         look: Look = {"fmt": "s", "markersize": 5} if each.hollow else {"fmt": "o", "markersize": 7}
         look |= {"color": each.colour, "markerfacecolor": "white" if each.hollow else each.colour}
-        panel.errorbar(each.true, mean, yerr=std, alpha=0.85, elinewidth=1.2, label=each.label, **look)
-        extremes += [*each.true.tolist(), *(mean - std).tolist(), *(mean + std).tolist()]
+        panel.errorbar(
+            each.true[known], mean[known], yerr=bars[:, known], alpha=0.85, elinewidth=1.2, label=each.label, **look
+        )
+        extremes += [*each.true.tolist(), *mean.tolist(), *(mean - bars[0])[known], *(mean + bars[1])[known]]
+        if not known.all():
+            # Without their bars, which would be as wide as what was thought before anything was seen.
+            look |= {"color": UNDETERMINED_COLOUR, "markerfacecolor": "white"}
+            panel.errorbar(each.true[~known], mean[~known], label=f"{each.label}, not determined", **look)
     low, high = min(extremes), max(extremes)
     margin = 0.06 * (high - low or 1.0)
     ends = (low - margin, high + margin)
