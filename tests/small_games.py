@@ -109,6 +109,7 @@ def made_result(given: Problem | None = None, seed: int = 0) -> Result:
             {"iteration": [1], "expert_trajectories": [20], "fit_decrement": [0.0005], "prior_deviation": [3.0]}
         ),
         played=uniform(LEARNER_ACTIONS)[None],
+        answers=10.0 * uniform(EXPERT_ACTIONS)[None],
         effective_draws=40.0,
         sampled=False,
     )

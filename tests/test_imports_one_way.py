@@ -20,7 +20,7 @@ LAYERS = [
     {"types", "arguments"},
     {"games", "rewards"},
     {"equilibria"},
-    {"irl", "problems"},
+    {"irl", "misfit", "problems"},
     {"commitment"},
     LEARNERS,
     {"baselines", "evaluation"},

@@ -455,6 +455,7 @@ def test_where_the_game_never_arrives_the_policy_is_uniform_over_what_is_allowed
         draws=made.expert_reward.draws,
         history=made.history,
         played=made.played,
+        answers=made.answers,
         effective_draws=1.0,
         sampled=False,
     )

@@ -141,6 +141,7 @@ def make_game(folder: Path) -> None:
         draws=np.zeros((3, len(names["expert_reward"]))),
         history=polars.DataFrame({"iteration": [0, 1], "fit_decrement": [0.1, 0.2]}),
         played=np.zeros((2, 3, 2, 2)),
+        answers=np.zeros((2, 3, 2, 2)),
         effective_draws=3.0,
         sampled=False,
     ).save(folder / "saved")

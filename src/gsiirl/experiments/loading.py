@@ -11,7 +11,8 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_from_dict
 from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.front_door.result import MEND, Result, check_shapes, problem_from
+from gsiirl.front_door.result import MEND, Result, check_shapes
+from gsiirl.front_door.saved_problem import problem_from
 from gsiirl.problems.problem import Problem
 from gsiirl.program.command import command
 from gsiirl.runs import RunFolder
@@ -59,6 +60,7 @@ def load(folder: str | Path, seed: int | None = None) -> Result:
             draws=arrays.get("expert_draws", np.zeros((0, *arrays["expert_weights"].shape))),
             history=history,
             played=arrays["played"],
+            answers=arrays.get("answers", np.zeros((0, *arrays["expert_policy"].shape))),
             effective_draws=saved.effective_draws,
             sampled=saved.sampled,
         )
@@ -115,6 +117,7 @@ def load_run(path: Path, seed: int | None) -> Result:
         draws=draws,
         history=history,
         played=np.zeros((0, *policy.shape)),
+        answers=np.zeros((0, *policies["expert.table"][place].shape)),
         effective_draws=float(effective),
         sampled=False,
     )

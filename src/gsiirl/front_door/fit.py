@@ -21,7 +21,7 @@ from gsiirl.front_door.result import Result, Results
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.interaction import AbstractExpert, Demonstrator, live
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
-from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel, MatchingLevel
+from gsiirl.irl.inference import AbstractLowerLevel, LikelihoodLevel, LikelihoodState, MatchingLevel
 from gsiirl.irl.posterior import Inference
 from gsiirl.learners.commitment_learner import CommitmentLearner, Explore, Feedback, HandBack, LearnerState
 from gsiirl.limits import remembered
@@ -139,11 +139,14 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
             known = CheckedExpert(expert, lambda seen, number: checked(seen, game, number))
         with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
             learner, keys = jax.tree.map(jnp.asarray, self.learner(asked.iterations)), asked.keys()
-            rows, played, states = [], list[np.ndarray](), None
+            rows, played, answers, states = [], list[np.ndarray](), list[np.ndarray](), None
             met = jax.tree.map(jnp.asarray, known) if isinstance(known, AbstractExpert) else known
             for one in live(learner, met, keys, asked.iterations, asked.trajectories, asked.progress):
                 states, policies = one.states, np.asarray(one.policies)
-                played = [*played[1 - max(10, KEPT // policies.size) :], policies]
+                kept = max(10, KEPT // policies.size)
+                played = [*played[1 - kept :], policies]
+                if isinstance(states.lower, LikelihoodState):
+                    answers = [*answers[1 - kept :], np.asarray(states.lower.memory.kept.counts[:, 0])]
                 rows.append(jax.tree.map(np.asarray, _report(learner, states)))
             assert states is not None, "there is at least one iteration"
             ended = jax.tree.map(np.asarray, _end(learner, states, keys[:, 2]))
@@ -164,6 +167,7 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
                 draws=self.problem.unit * draws[place],
                 history=_history([{name: row[name][place] for name in row} for row in rows], asked.trajectories),
                 played=np.stack([each[place] for each in played]),
+                answers=np.array([each[place] for each in answers]).reshape(-1, *ended.policies.expert[place].shape),
                 effective_draws=float(ended.effective_draws[place]),
                 sampled=bool(ended.sampled[place]),
             )

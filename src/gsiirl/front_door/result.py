@@ -1,7 +1,6 @@
 """What comes of living with an expert: a policy to deploy, two rewards, and how far to trust them."""
 
 import warnings
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,13 +14,16 @@ from gsiirl.arguments import positive
 from gsiirl.commitment.objective import Commitment
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import Evaluation, evaluate
-from gsiirl.front_door.learned_reward import LearnedReward, dense, interval_of
+from gsiirl.front_door.learned_reward import LearnedReward, interval_of
 from gsiirl.front_door.results import AbstractResults
+from gsiirl.front_door.saved_problem import problem_arrays, problem_settings
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.tabular import TabularGame
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
-from gsiirl.problems.problem import Problem, StateActionNames, joint_payoff
-from gsiirl.rewards.linear import AbstractFeatures, TabularFeatures
+from gsiirl.misfit.check import ModelCheck, check_model
+from gsiirl.misfit.models import Observed
+from gsiirl.problems.problem import Problem, joint_payoff
+from gsiirl.rewards.linear import AbstractFeatures
 from gsiirl.runs.files.array_file import write_arrays
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.damage import refuse_unreadable
@@ -46,6 +48,8 @@ class Result:
             (`effective_draws`), and how much less the next policy played earns than the best, under the estimate
             (`played_loss`).
         played: the policies played while learning, (iterations, T, S, A_l); of long runs the last ones.
+        answers: how often the expert did what against each of these, (iterations, T, S, A_e); not kept with
+            `lower_level="matching"`, nor by runs of the command line.
         reached: (T, S), False where the game never arrives at that time, whatever is done; there the policy is uniform.
         effective_draws: how many of the draws that chose `policy` count; `sampled` whether they were too few, and
             Hamiltonian Monte Carlo took their place.
@@ -60,6 +64,7 @@ class Result:
     dependent_reward: LearnedReward
     history: polars.DataFrame
     played: np.ndarray
+    answers: np.ndarray
     reached: np.ndarray
     effective_draws: float
     sampled: bool
@@ -78,6 +83,7 @@ class Result:
         draws: np.ndarray,
         history: polars.DataFrame,
         played: np.ndarray,
+        answers: np.ndarray,
         effective_draws: float,
         sampled: bool,
     ) -> "Result":
@@ -108,6 +114,7 @@ class Result:
             ),
             history=history,
             played=np.array(played),
+            answers=np.array(answers),
             reached=reached,
             effective_draws=effective_draws,
             sampled=sampled,
@@ -174,6 +181,29 @@ class Result:
         low, high = interval_of(values, level)
         return float(low), float(high)
 
+    def check(self, seed: int = 0) -> ModelCheck:
+        """Whether the expert behaved like a soft best response, and what fits better where it did not.
+
+        `gsiirl.misfit.check` says how. `print(result.check())` says in a sentence what was found. It cannot see a wrong
+        temperature: an expert with reward c·r_e at temperature c·τ behaves alike. `seed` is that of the simulated data.
+
+        Raises:
+            InputError: the result has no posterior, or keeps no answers of the expert.
+        """
+        problem, draws = self.problem, self.expert_reward.draws_for("check")
+        if not len(self.answers):
+            raise InputError("check", "needs the expert's answers, and this result keeps none", "fit it in Python")
+        with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+            before = np.concatenate([self.played[:1], self.played[:-1]])
+            return check_model(
+                ConditionalLikelihood(problem.game, problem.expert_features, problem.discount),
+                self.expert_reward.weights / problem.unit,
+                float(problem.unit / self.expert_reward.prior_deviation) ** 2,
+                draws / problem.unit,
+                Observed(self.played, before, self.answers),
+                jax.random.key(seed),
+            )
+
     def evaluate(self, expert_reward: object, temperature: float | None = None) -> Evaluation:
         """What the policy earns against the true expert, beside the best, the worst, random play and MARL.
 
@@ -211,6 +241,7 @@ class Result:
             "expert_draws": self.expert_reward.draws,
             "dependent_weights": self.dependent_reward.weights,
             "played": self.played,
+            "answers": self.answers,
             **problem_arrays(self.problem),
         }
         content = {
@@ -244,7 +275,7 @@ def check_shapes(result: Result, path: Path) -> None:
     Raises:
         InputError: one does not.
     """
-    game, draws = result.problem.game, result.expert_reward.draws
+    game, draws, answers = result.problem.game, result.expert_reward.draws, result.answers
     actions = game.number_of_actions
     wanted = {
         "policy": (result.policy, (game.horizon, game.number_of_states, actions.learner)),
@@ -252,71 +283,11 @@ def check_shapes(result: Result, path: Path) -> None:
         "expert_weights": (result.expert_reward.weights, (len(result.problem.expert_names),)),
         "expert_draws": (draws, (*draws.shape[:1], len(result.problem.expert_names))),
         "dependent_weights": (result.dependent_reward.weights, (len(result.problem.dependent_names),)),
+        "answers": (answers, (*answers.shape[:1], game.horizon, game.number_of_states, actions.expert)),
     }
     for name, (array, shape) in wanted.items():
         if array.shape != shape or array.dtype.kind != "f" or not is_sound(array).all():
             raise InputError(str(path), f"{name} is damaged: shape {array.shape} for {shape}, or not finite", MEND)
-
-
-def problem_settings(problem: Problem) -> dict[str, Any]:
-    """The part of a problem that is no array, for JSON."""
-    return {
-        "horizon": problem.game.horizon,
-        "discount": problem.discount,
-        "temperature": problem.temperature,
-        "reward_scale": problem.reward_scale,
-        "expert_names": None if isinstance(problem.expert_names, StateActionNames) else list(problem.expert_names),
-        "dependent_names": None
-        if isinstance(problem.dependent_names, StateActionNames)
-        else list(problem.dependent_names),
-    }
-
-
-def problem_arrays(problem: Problem) -> dict[str, np.ndarray]:
-    """The arrays of a problem, by name; `problem_settings` has the rest of it."""
-    game = problem.game
-    assert isinstance(game, TabularGame), "only games of arrays are saved as arrays"
-    arrays = {
-        "successors": game.successors,
-        "probabilities": game.probabilities,
-        "initial": game.initial,
-        "learner_actions": game.learner_actions,
-        "expert_actions": game.expert_actions,
-        "terminal": game.terminal_states,
-        "own_reward": dense(problem.own_reward),
-        "dependent_value": dense(problem.dependent_value),
-    }
-    for name, features in (
-        ("expert_features", problem.expert_features),
-        ("dependent_features", problem.dependent_features),
-    ):
-        if isinstance(features, TabularFeatures):
-            arrays[name] = features.table
-    return {name: np.asarray(array) for name, array in arrays.items() if array is not None}
-
-
-def problem_from(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Problem:
-    """The problem that `problem_arrays` and `problem_settings` describe."""
-    game = TabularGame.from_arrays(
-        (arrays["successors"], arrays["probabilities"]),
-        initial=arrays["initial"],
-        horizon=content["horizon"],
-        learner_actions=arrays.get("learner_actions"),
-        expert_actions=arrays.get("expert_actions"),
-        terminal=arrays.get("terminal"),
-    )
-    return Problem(
-        game,
-        own_reward=arrays["own_reward"],
-        dependent_value=arrays["dependent_value"],
-        discount=content["discount"],
-        temperature=content["temperature"],
-        expert_features=arrays.get("expert_features"),
-        dependent_features=arrays.get("dependent_features"),
-        expert_names=content["expert_names"],
-        dependent_names=content["dependent_names"],
-        reward_scale=content["reward_scale"],
-    )
 
 
 def checked_policy(argument: str, policy: object, game: AbstractTabularGame) -> Array:

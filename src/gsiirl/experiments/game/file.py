@@ -12,7 +12,7 @@ import numpy as np
 from gsiirl.arguments import positive
 from gsiirl.errors import InputError
 from gsiirl.experts.tabular_expert import RespondingExpert
-from gsiirl.front_door.result import problem_arrays, problem_from, problem_settings
+from gsiirl.front_door.saved_problem import problem_arrays, problem_from, problem_settings
 from gsiirl.games.tabular import TabularGame
 from gsiirl.problems.problem import Problem, joint_payoff
 from gsiirl.runs.files.damage import refuse_damaged, refuse_unreadable

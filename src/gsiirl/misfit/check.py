@@ -1,0 +1,182 @@
+"""A check of the model of the expert against what it was seen to do.
+
+First, could the model have produced this? For draws θ_k from the posterior, data are simulated in the states that were
+visited (a posterior predictive check). Two measures of misfit are compared with their simulated values:
+
+    G = 2 Σ_j Σ_(t,s,a_e) n ln(n / (n(t,s) π_e)),    X = Σ_(t,s,a_e) (Σ_j n − Σ_j n(t,s) π_e)² / Σ_j n(t,s) π_e(1 − π_e)
+
+over interactions j; X sees what goes wrong in every interaction alike. The p-value is twice the smaller of the two.
+
+Second, does another model (`gsiirl.misfit.models`) explain the same data better? Each is fitted anew, under the same
+prior, and its gain is that of the largest log-posterior. A gain of `CLEAR` nats, and one more for each further
+parameter, names it.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import polars
+import scipy.optimize
+from jaxtyping import Array, PRNGKeyArray
+
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
+from gsiirl.misfit.models import OTHERS, STANDARD, Model, Observed
+
+CLEAR = 5.0
+"""Nats by which another model must be more probable to be named."""
+UNLIKELY = 0.01
+"""p-value below which the model is said not to fit, though no other is known to fit better."""
+SIMULATED = 200
+AT_ONCE = 8
+"""Interactions that are worked on at once."""
+SOMETHING_ELSE = "something else"
+
+
+@dataclass(frozen=True)
+class ModelCheck:
+    """What the check found.
+
+    Attributes:
+        p_value: how often data that the model itself makes fit it worse.
+        gains: a row a model: `model`, `gain` (nats of log-posterior over the soft best response) and `named`.
+        named: the model that fits clearly better; "something else" where none does and the p-value is below 0.01;
+            None where nothing speaks against the soft best response.
+        chances: what the named model adds: the chance of a lapse, or those of the best and the second-best action.
+    """
+
+    p_value: float
+    gains: polars.DataFrame
+    named: str | None
+    chances: tuple[float, ...]
+
+    def __str__(self) -> str:
+        if self.named is None:
+            return f"Nothing speaks against a soft best response (p = {self.p_value:.2g})."
+        if self.named == SOMETHING_ELSE:
+            return (
+                f"The expert is no soft best response under these features (p = {self.p_value:.2g}), and none of the "
+                "other models fits better: perhaps a feature is missing."
+            )
+        gain = self.gains.filter(polars.col("model") == self.named)["gain"][0]
+        detail = {
+            "lapses": "it picks any action with chance {:.2g}",
+            "ranks": "it picks the best action with chance {:.2g}, the second with {:.2g}, whatever they are worth",
+            "Boltzmann in Q*": "its chances are exp(Q*/τ), with Q* the values of choosing best later on",
+            "late": "it answers the policy of the interaction before",
+        }.get(self.named, f"it is {self.named}")
+        return f"Another expert fits better by {gain:.1f} nats: {detail.format(*self.chances)}."
+
+
+def check_model(
+    expert: ConditionalLikelihood,
+    weights: np.ndarray,
+    precision: float,
+    draws: np.ndarray,
+    seen: Observed,
+    key: PRNGKeyArray,
+) -> ModelCheck:
+    """Check the model that `weights` (m,) are the estimate of.
+
+    `weights` and the `draws` (K, m) from their posterior are in units of the temperature, `precision` is that of their
+    prior, and `seen` holds the interactions in their order, along a first axis.
+    """
+    seen = jax.tree.map(jnp.asarray, seen)
+    p_value = predictive_p_value(expert, draws, seen, key)
+    standard, _ = _fitted(STANDARD, expert, weights, precision, seen)
+    found = {model: _fitted(model, expert, weights, precision, seen) for model in OTHERS}
+    gains = {model: value - standard for model, (value, _) in found.items()}
+    clear = {model: gain for model, gain in gains.items() if gain >= CLEAR + model.further}
+    best = max(clear, key=lambda model: clear[model] - model.further, default=None)
+    table = polars.DataFrame(
+        {
+            "model": [model.name for model in gains],
+            "gain": list(gains.values()),
+            "named": [model is best for model in gains],
+        }
+    )
+    if best is None:
+        return ModelCheck(p_value, table, SOMETHING_ELSE if p_value < UNLIKELY else None, ())
+    return ModelCheck(p_value, table, best.name, _chances(best, found[best][1]))
+
+
+def predictive_p_value(expert: ConditionalLikelihood, draws: np.ndarray, seen: Observed, key: PRNGKeyArray) -> float:
+    """How often data that the model makes fit it worse than those that were seen."""
+    chosen = np.linspace(0, len(draws) - 1, SIMULATED).round().astype(int)
+    real, simulated = _discrepancies(expert, jnp.asarray(draws[chosen]), seen, key)
+    shares = np.mean(np.asarray(simulated) >= np.asarray(real), axis=0)
+    return float(min(1.0, 2.0 * shares.min()))
+
+
+@jax.jit
+def _discrepancies(
+    expert: ConditionalLikelihood, draws: Array, seen: Observed, key: PRNGKeyArray
+) -> tuple[Array, Array]:
+    """G and X of what was seen and of what is simulated, (draws, 2) each."""
+    visits = jnp.sum(seen.counts, axis=-1)
+
+    def of_counts(counts: Array, policies: Array) -> Array:
+        expected = visits[..., None] * policies
+        some = counts > 0
+        deviance = 2.0 * jnp.sum(jnp.where(some, counts * jnp.log(jnp.where(some, counts / expected, 1.0)), 0.0))
+        spread = jnp.sum(expected * (1.0 - policies), axis=0)
+        square = jnp.sum(counts - expected, axis=0) ** 2
+        # Cells where less than one choice in all can be expected to differ tell nothing but noise.
+        return jnp.stack([deviance, jnp.sum(jnp.where(spread > 1.0, square / jnp.where(spread > 0, spread, 1.0), 0.0))])
+
+    def of_draw(each: tuple[Array, Array]) -> tuple[Array, Array]:
+        weights, key = each
+        policies = jax.lax.map(
+            lambda policy: jax.nn.softmax(expert.action_values(weights, policy)),
+            seen.learner_policy,
+            batch_size=AT_ONCE,
+        )
+        made = jax.random.multinomial(key, visits, policies)
+        return of_counts(seen.counts, policies), of_counts(made, policies)
+
+    return jax.lax.map(of_draw, (draws, jax.random.split(key, len(draws))))
+
+
+def _fitted(
+    model: Model, expert: ConditionalLikelihood, weights: np.ndarray, precision: float, seen: Observed
+) -> tuple[float, np.ndarray]:
+    """The largest log-posterior under a model, and the further parameters there."""
+
+    def lost(both: np.ndarray) -> tuple[float, np.ndarray]:
+        value, slope = _log_posterior(model, expert, jnp.asarray(both), precision, seen)
+        return -float(value), -np.asarray(slope)
+
+    start = np.concatenate([np.asarray(weights, float), np.full(model.further, -2.0)])
+    found = scipy.optimize.minimize(lost, start, jac=True, method="L-BFGS-B", options={"maxiter": 300})
+    return -float(found.fun), found.x[len(weights) :]
+
+
+@partial(jax.jit, static_argnums=0)
+def _log_posterior(
+    model: Model, expert: ConditionalLikelihood, both: Array, precision: float, seen: Observed
+) -> tuple[Array, Array]:
+    m = expert.number_of_weights
+
+    def of_one(each: Observed, both: Array) -> Array:
+        return jnp.sum(each.counts * model.log_policy(expert, both[:m], both[m:], each))
+
+    def value(both: Array) -> Array:
+        likelihoods = jax.lax.map(lambda each: of_one(each, both), seen, batch_size=AT_ONCE)
+        return jnp.sum(likelihoods) - 0.5 * precision * jnp.sum(both[:m] ** 2)
+
+    found, slope = jax.value_and_grad(value)(both)
+    if model.ordered:
+        # The order of actions changes by leaps: the weights stay.
+        slope = slope.at[:m].set(0.0)
+    return found, slope
+
+
+def _chances(model: Model, further: np.ndarray) -> tuple[float, ...]:
+    if model.further == 1:
+        return (float(1.0 / (1.0 + np.exp(-further[0]))),)
+    if model.further == 2:
+        scores = np.exp(np.concatenate([[0.0], further]))
+        return tuple(float(each) for each in (scores / scores.sum())[:2])
+    return ()

@@ -1,0 +1,116 @@
+"""Other models of an expert than the soft best response: what it may do instead.
+
+Each gives ln π_e(a_e|s, t) for weights θ in units of the temperature, with q = Q_e/τ the action values of the soft best
+response (`gsiirl.equilibria.response`):
+
+* `lapses`: with chance ε it picks any allowed action, π = (1 − ε) softmax(q) + ε/|A(s)|;
+* `ranks`: it picks the best action with one chance and the second best with another, whatever they are worth;
+* `short_sighted`: it looks h steps ahead only, q_t = r + γ E[V_t+1] with V of the h − 1 steps that follow;
+* `boltzmann`: π = softmax(Q*), with Q*_t = E[r/τ + γ max Q*_t+1] the values of choosing best from the next step on;
+* `late`: it answers the policy of the interaction before.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from gsiirl.games.base import only_allowed
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
+
+
+class Observed(eqx.Module):
+    """What is known of interactions: the learner's policy, the one before it, and how often the expert did what."""
+
+    learner_policy: Float[Array, "*N T S A_l"]
+    policy_before: Float[Array, "*N T S A_l"]
+    counts: Float[Array, "*N T S A_e"]
+
+
+class Model(NamedTuple):
+    """A model of the expert: its name, ln π_e from (θ, further parameters, one interaction), and how many of these."""
+
+    name: str
+    log_policy: Callable[[ConditionalLikelihood, Array, Array, Observed], Array]
+    further: int = 0
+    ordered: bool = False
+    """Whether weights matter by the order of actions alone, so that they cannot be fitted by their slope."""
+
+
+def soft(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
+    """The soft best response to the policy that was played."""
+    return jax.nn.log_softmax(expert.action_values(weights, seen.learner_policy))
+
+
+def late(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
+    """The soft best response to the policy of the interaction before."""
+    return jax.nn.log_softmax(expert.action_values(weights, seen.policy_before))
+
+
+def lapses(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
+    """As `soft`, with any action at chance ε = sigmoid(`further`)."""
+    values = expert.action_values(weights, seen.learner_policy)
+    allowed = values > -1e29
+    anything = jnp.where(allowed, 1.0 / jnp.sum(allowed, axis=-1, keepdims=True), 0.0)
+    chance = jax.nn.sigmoid(further[0])
+    mixed = (1.0 - chance) * jax.nn.softmax(values) + chance * anything
+    return jnp.where(allowed, jnp.log(jnp.where(allowed, mixed, 1.0)), -1e30)
+
+
+def ranks(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
+    """Chances of the best, the second best and any other action: softmax of (0, `further`)."""
+    values = jax.lax.stop_gradient(expert.action_values(weights, seen.learner_policy))
+    allowed = values > -1e29
+    rank = jnp.sum((values[..., None, :] > values[..., :, None]) & allowed[..., None, :], axis=-1)
+    number = jnp.sum(allowed, axis=-1, keepdims=True)
+    scores = jnp.concatenate([jnp.zeros(1, weights.dtype), further])
+    logits = scores[jnp.minimum(rank, 2)] - jnp.where(rank >= 2, jnp.log(jnp.maximum(number - 2, 1)), 0.0)
+    return jax.nn.log_softmax(jnp.where(allowed, logits, -1e30))
+
+
+def short_sighted(steps: int) -> Callable[[ConditionalLikelihood, Array, Array, Observed], Array]:
+    """The model of an expert that looks `steps` steps ahead."""
+
+    def log_policy(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
+        game, payoff = expert.game, expert.features.payoff(weights)
+
+        def at(policy_now: Array, values: Array) -> Array:
+            ahead = payoff + game.continuation(values) * expert.discount
+            return only_allowed(ahead.expert_values(policy_now), game.allowed.expert)
+
+        nothing = jnp.zeros(seen.learner_policy.shape[:2], weights.dtype)
+        values = jax.vmap(at)(seen.learner_policy, nothing)
+        for _ in range(steps - 1):
+            after = jax.vmap(lambda each: game.alive(jax.nn.logsumexp(each, axis=-1)))(values)
+            after = jnp.concatenate([after[1:], jnp.zeros_like(after[:1])])
+            values = jax.vmap(at)(seen.learner_policy, after)
+        return jax.nn.log_softmax(values)
+
+    return log_policy
+
+
+def boltzmann(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
+    """softmax of the values of acting best from the next step on."""
+    game, payoff = expert.game, expert.features.payoff(weights)
+
+    def backward(values: Array, policy_now: Array) -> tuple[Array, Array]:
+        ahead = payoff + game.continuation(values) * expert.discount
+        action_values = only_allowed(ahead.expert_values(policy_now), game.allowed.expert)
+        return game.alive(jnp.max(action_values, axis=-1)), jax.nn.log_softmax(action_values)
+
+    nothing = jnp.zeros(seen.learner_policy.shape[1], weights.dtype)
+    return jax.lax.scan(backward, nothing, seen.learner_policy, reverse=True)[1]
+
+
+STANDARD = Model("soft best response", soft)
+OTHERS = (
+    Model("lapses", lapses, 1),
+    Model("ranks", ranks, 2, ordered=True),
+    Model("short-sighted, 1 step", short_sighted(1)),
+    Model("short-sighted, 2 steps", short_sighted(2)),
+    Model("Boltzmann in Q*", boltzmann),
+    Model("late", late),
+)
