@@ -67,7 +67,8 @@ Answer = Callable[[np.ndarray, np.ndarray], np.ndarray]
 def values(world: World, policy: np.ndarray, temperature: float, hard: bool = False, ahead: int = HORIZON) -> np.ndarray:
     """Q_e (T, S, A_e): soft, or of choosing best later; looking `ahead` so many steps."""
     found = np.zeros((HORIZON, STATES, EXPERT))
-    for start in range(HORIZON):
+    # Who looks to the end computes all times in one pass.
+    for start in range(HORIZON) if ahead < HORIZON else [0]:
         after = np.zeros(STATES)
         for time in range(min(start + ahead, HORIZON) - 1, start - 1, -1):
             onward = world.reward + DISCOUNT * world.transitions @ after
@@ -75,7 +76,8 @@ def values(world: World, policy: np.ndarray, temperature: float, hard: bool = Fa
             most = action_values.max(axis=1)
             soft = most + temperature * np.log(np.exp((action_values - most[:, None]) / temperature).sum(axis=1))
             after = most if hard else soft
-        found[start] = action_values
+            if time == start or ahead >= HORIZON:
+                found[time] = action_values
     return found
 
 
@@ -178,7 +180,7 @@ def best(world: World, answer: Answer, starts: list[np.ndarray], seed: int) -> f
         return -earned(world, softmax(logits.reshape(HORIZON, STATES, LEARNER)), answer)
 
     begun = [np.log(np.maximum(each, 1e-3)).ravel() for each in starts]
-    begun += [source.normal(0, 2, size * LEARNER) for _ in range(6)]
+    begun += [source.normal(0, 2, size * LEARNER) for _ in range(4)]
     found = [-scipy.optimize.minimize(lost, each, method="L-BFGS-B", options={"maxiter": 60}).fun for each in begun]
     pure = [earned(world, each, answer) for each in starts]
     return max(*found, *pure)

@@ -220,7 +220,10 @@ def test_a_disk_that_is_full_at_first_leaves_nothing_and_the_same_run_begins_lat
         disk.setattr(os, "fsync", full)
         with pytest.raises(InputError) as error:
             RunFolder.create(folder, CONFIG, GAME)
-    assert one_line(error) == f"--out: {folder} cannot be written (No space left on device); use another folder"
+    assert (
+        one_line(error)
+        == f"--out: {folder} cannot be written (No space left on device); make room or allow it, or use another folder"
+    )
     assert folder.exists() == there
     assert content_of(tmp_path) == {}
     RunFolder.create(folder, CONFIG, GAME)

@@ -200,7 +200,7 @@ class Result:
                 self.expert_reward.weights / problem.unit,
                 float(problem.unit / self.expert_reward.prior_deviation) ** 2,
                 draws / problem.unit,
-                Observed(self.played, before, self.answers),
+                Observed(*map(jax.numpy.asarray, (self.played, before, self.answers))),
                 jax.random.key(seed),
             )
 

@@ -8,8 +8,9 @@ visited (a posterior predictive check). Two measures of misfit are compared with
 over interactions j; X sees what goes wrong in every interaction alike. The p-value is twice the smaller of the two.
 
 Second, does another model (`gsiirl.misfit.models`) explain the same data better? Each is fitted anew, under the same
-prior, and its gain is that of the largest log-posterior. A gain of `CLEAR` nats, and one more for each further
-parameter, names it.
+prior, and its gain is that of the largest log-posterior. The best one is named if it gains `CLEAR` nats, and one more
+for each further parameter, and could itself have produced the data. Where a feature is missing, for instance, a chance
+of lapses explains a part of what was seen and fits better, but not well.
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ import polars
 import scipy.optimize
 from jaxtyping import Array, PRNGKeyArray
 
+from gsiirl.compilation import QUICKLY
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.misfit.models import OTHERS, STANDARD, Model, Observed
 
@@ -83,13 +85,15 @@ def check_model(
     `weights` and the `draws` (K, m) from their posterior are in units of the temperature, `precision` is that of their
     prior, and `seen` holds the interactions in their order, along a first axis.
     """
-    seen = jax.tree.map(jnp.asarray, seen)
-    p_value = predictive_p_value(expert, draws, seen, key)
-    standard, _ = _fitted(STANDARD, expert, weights, precision, seen)
+    expert = jax.tree.map(jnp.asarray, expert)
+    p_value = p_value_of(STANDARD, expert, draws, seen, key)
+    standard = -_fitted(STANDARD, expert, weights, precision, seen).fun
     found = {model: _fitted(model, expert, weights, precision, seen) for model in OTHERS}
-    gains = {model: value - standard for model, (value, _) in found.items()}
+    gains = {model: -each.fun - standard for model, each in found.items()}
     clear = {model: gain for model, gain in gains.items() if gain >= CLEAR + model.further}
     best = max(clear, key=lambda model: clear[model] - model.further, default=None)
+    if best is not None and p_value_of(best, expert, found[best].x[None], seen, key) < UNLIKELY:
+        best = None
     table = polars.DataFrame(
         {
             "model": [model.name for model in gains],
@@ -99,23 +103,29 @@ def check_model(
     )
     if best is None:
         return ModelCheck(p_value, table, SOMETHING_ELSE if p_value < UNLIKELY else None, ())
-    return ModelCheck(p_value, table, best.name, _chances(best, found[best][1]))
+    return ModelCheck(p_value, table, best.name, _chances(best, found[best].x[len(weights) :]))
 
 
-def predictive_p_value(expert: ConditionalLikelihood, draws: np.ndarray, seen: Observed, key: PRNGKeyArray) -> float:
-    """How often data that the model makes fit it worse than those that were seen."""
+def p_value_of(
+    model: Model, expert: ConditionalLikelihood, draws: np.ndarray, seen: Observed, key: PRNGKeyArray
+) -> float:
+    """How often data that a model itself makes fit it worse than those that were seen.
+
+    `draws` (K, m + further parameters) are from its posterior. A single one, the most probable, does as well: that it
+    was fitted to what was seen makes the p-value larger.
+    """
     chosen = np.linspace(0, len(draws) - 1, SIMULATED).round().astype(int)
-    real, simulated = _discrepancies(expert, jnp.asarray(draws[chosen]), seen, key)
+    real, simulated = _discrepancies(model, expert, jnp.asarray(draws[chosen]), seen, key)
     shares = np.mean(np.asarray(simulated) >= np.asarray(real), axis=0)
     return float(min(1.0, 2.0 * shares.min()))
 
 
-@jax.jit
+@partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
 def _discrepancies(
-    expert: ConditionalLikelihood, draws: Array, seen: Observed, key: PRNGKeyArray
+    model: Model, expert: ConditionalLikelihood, draws: Array, seen: Observed, key: PRNGKeyArray
 ) -> tuple[Array, Array]:
     """G and X of what was seen and of what is simulated, (draws, 2) each."""
-    visits = jnp.sum(seen.counts, axis=-1)
+    visits, m = jnp.sum(seen.counts, axis=-1), expert.number_of_weights
 
     def of_counts(counts: Array, policies: Array) -> Array:
         expected = visits[..., None] * policies
@@ -127,11 +137,9 @@ def _discrepancies(
         return jnp.stack([deviance, jnp.sum(jnp.where(spread > 1.0, square / jnp.where(spread > 0, spread, 1.0), 0.0))])
 
     def of_draw(each: tuple[Array, Array]) -> tuple[Array, Array]:
-        weights, key = each
-        policies = jax.lax.map(
-            lambda policy: jax.nn.softmax(expert.action_values(weights, policy)),
-            seen.learner_policy,
-            batch_size=AT_ONCE,
+        both, key = each
+        policies = jnp.exp(
+            jax.lax.map(lambda one: model.log_policy(expert, both[:m], both[m:], one), seen, batch_size=AT_ONCE)
         )
         made = jax.random.multinomial(key, visits, policies)
         return of_counts(seen.counts, policies), of_counts(made, policies)
@@ -141,21 +149,20 @@ def _discrepancies(
 
 def _fitted(
     model: Model, expert: ConditionalLikelihood, weights: np.ndarray, precision: float, seen: Observed
-) -> tuple[float, np.ndarray]:
-    """The largest log-posterior under a model, and the further parameters there."""
+) -> scipy.optimize.OptimizeResult:
+    """The most probable parameters under a model: `x` (m + further parameters), with minus the log-posterior `fun`."""
 
     def lost(both: np.ndarray) -> tuple[float, np.ndarray]:
-        value, slope = _log_posterior(model, expert, jnp.asarray(both), precision, seen)
+        value, slope = _log_posterior(model, expert, jnp.asarray(both), jnp.asarray(precision), seen)
         return -float(value), -np.asarray(slope)
 
-    start = np.concatenate([np.asarray(weights, float), np.full(model.further, -2.0)])
-    found = scipy.optimize.minimize(lost, start, jac=True, method="L-BFGS-B", options={"maxiter": 300})
-    return -float(found.fun), found.x[len(weights) :]
+    start = np.concatenate([model.sharper * np.asarray(weights, float), np.full(model.further, -2.0)])
+    return scipy.optimize.minimize(lost, start, jac=True, method="L-BFGS-B", options={"maxiter": 300})
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
 def _log_posterior(
-    model: Model, expert: ConditionalLikelihood, both: Array, precision: float, seen: Observed
+    model: Model, expert: ConditionalLikelihood, both: Array, precision: Array, seen: Observed
 ) -> tuple[Array, Array]:
     m = expert.number_of_weights
 
@@ -166,11 +173,7 @@ def _log_posterior(
         likelihoods = jax.lax.map(lambda each: of_one(each, both), seen, batch_size=AT_ONCE)
         return jnp.sum(likelihoods) - 0.5 * precision * jnp.sum(both[:m] ** 2)
 
-    found, slope = jax.value_and_grad(value)(both)
-    if model.ordered:
-        # The order of actions changes by leaps: the weights stay.
-        slope = slope.at[:m].set(0.0)
-    return found, slope
+    return jax.value_and_grad(value)(both)
 
 
 def _chances(model: Model, further: np.ndarray) -> tuple[float, ...]:

@@ -36,8 +36,8 @@ class Model(NamedTuple):
     name: str
     log_policy: Callable[[ConditionalLikelihood, Array, Array, Observed], Array]
     further: int = 0
-    ordered: bool = False
-    """Whether weights matter by the order of actions alone, so that they cannot be fitted by their slope."""
+    sharper: float = 1.0
+    """By how much larger its weights begin than those of the soft best response."""
 
 
 def soft(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
@@ -61,14 +61,23 @@ def lapses(expert: ConditionalLikelihood, weights: Array, further: Array, seen: 
 
 
 def ranks(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
-    """Chances of the best, the second best and any other action: softmax of (0, `further`)."""
-    values = jax.lax.stop_gradient(expert.action_values(weights, seen.learner_policy))
+    """Chances of the best, the second best and any other action: softmax of (0, `further`).
+
+    Which action is best is blurred, so that weights can be fitted by their slope: it is drawn from softmax(q), and the
+    second best from what is left. Large weights make the order sharp.
+    """
+    values = expert.action_values(weights, seen.learner_policy)
     allowed = values > -1e29
-    rank = jnp.sum((values[..., None, :] > values[..., :, None]) & allowed[..., None, :], axis=-1)
     number = jnp.sum(allowed, axis=-1, keepdims=True)
-    scores = jnp.concatenate([jnp.zeros(1, weights.dtype), further])
-    logits = scores[jnp.minimum(rank, 2)] - jnp.where(rank >= 2, jnp.log(jnp.maximum(number - 2, 1)), 0.0)
-    return jax.nn.log_softmax(jnp.where(allowed, logits, -1e30))
+    first = jax.nn.softmax(values)
+    others = jnp.where(jnp.eye(values.shape[-1], dtype=bool), -1e30, values[..., None, :])
+    second = jnp.sum(first[..., :, None] * jax.nn.softmax(others), axis=-2)
+    rest = jnp.where(allowed, jnp.maximum(1.0 - first - second, 0.0) / jnp.maximum(number - 2, 1), 0.0)
+    chances = jax.nn.softmax(jnp.concatenate([jnp.zeros(1, weights.dtype), further]))
+    mixed = chances[0] * first
+    mixed += jnp.where(number > 1, chances[1] * second, 0.0) + jnp.where(number > 2, chances[2] * rest, 0.0)
+    mixed = mixed / jnp.sum(mixed, axis=-1, keepdims=True)
+    return jnp.where(allowed, jnp.log(jnp.where(allowed, jnp.maximum(mixed, 1e-30), 1.0)), -1e30)
 
 
 def short_sighted(steps: int) -> Callable[[ConditionalLikelihood, Array, Array, Observed], Array]:
@@ -108,7 +117,7 @@ def boltzmann(expert: ConditionalLikelihood, weights: Array, further: Array, see
 STANDARD = Model("soft best response", soft)
 OTHERS = (
     Model("lapses", lapses, 1),
-    Model("ranks", ranks, 2, ordered=True),
+    Model("ranks", ranks, 2, sharper=4.0),
     Model("short-sighted, 1 step", short_sighted(1)),
     Model("short-sighted, 2 steps", short_sighted(2)),
     Model("Boltzmann in Q*", boltzmann),

@@ -32,7 +32,9 @@ def write_atomically(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def refuse_unwritable(field: str, folder: Path, mend: str = "use another folder") -> Iterator[None]:
+def refuse_unwritable(
+    field: str, folder: Path, mend: str = "make room or allow it, or use another folder"
+) -> Iterator[None]:
     """Turn a failure to write into `folder` into an error that says so.
 
     Raises:

@@ -1,0 +1,107 @@
+"""The check names what an expert does instead of responding softly, and accuses nobody else."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from commitment_oracle import response
+from small_games import EXPERT_ACTIONS, HORIZON, JOINT, LEARNER, STATES, finite_game, made_result, problem_of
+
+from gsiirl.errors import InputError
+from gsiirl.front_door.result import Result
+from gsiirl.misfit.check import SOMETHING_ELSE, ModelCheck
+
+MISSING = finite_game(1, temperature=0.4)
+"""Its expert's reward is that of no feature."""
+FEATURES = {f"feature {place}": np.random.default_rng(place).normal(size=JOINT) for place in range(3)}
+WEIGHTS = np.array([0.8, -0.5, 0.6])
+GAME = replace(MISSING, expert=sum(weight * each for weight, each in zip(WEIGHTS, FEATURES.values(), strict=True)))
+PROBLEM = problem_of(GAME, expert_features=FEATURES)
+ROUNDS, VISITS = 8, 300
+
+Answer = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""π_e from the policy that is played and the one before it."""
+
+
+def softly(policy: np.ndarray, before: np.ndarray) -> np.ndarray:
+    return response(GAME, policy)
+
+
+def with_lapses(policy: np.ndarray, before: np.ndarray) -> np.ndarray:
+    return 0.8 * response(GAME, policy) + 0.2 * EXPERT_ACTIONS / EXPERT_ACTIONS.sum(axis=1, keepdims=True)
+
+
+def late(policy: np.ndarray, before: np.ndarray) -> np.ndarray:
+    return response(GAME, before)
+
+
+def best_and_second(policy: np.ndarray, before: np.ndarray) -> np.ndarray:
+    order = np.argsort(-response(GAME, policy), axis=-1)
+    chances = np.zeros(order.shape)
+    np.put_along_axis(chances, order, np.array([0.6, 0.4, 0.0]), axis=-1)
+    return chances
+
+
+def result_of(answer: Answer) -> Result:
+    """A result that saw `VISITS` choices in every state at every time; its estimate is the truth, without doubt."""
+    source = np.random.default_rng(0)
+    played = source.dirichlet(np.ones(LEARNER), (ROUNDS, HORIZON, STATES))
+    played[:, :, 1] = [1.0, 0.0]
+    before = np.concatenate([played[:1], played[:-1]])
+    answers = [source.multinomial(VISITS, answer(*each)) for each in zip(played, before, strict=True)]
+    seen = np.array(answers, float)
+    seen[:, :, 2] = 0.0
+    made = made_result(PROBLEM)
+    made.expert_reward.weights[:], made.expert_reward.draws = WEIGHTS, np.broadcast_to(WEIGHTS, (40, 3))
+    return replace(made, played=played, answers=seen)
+
+
+def check(answer: Answer) -> ModelCheck:
+    return result_of(answer).check()
+
+
+def test_nothing_speaks_against_an_expert_that_responds_softly() -> None:
+    told = check(softly)
+    assert told.named is None
+    assert told.p_value > 0.01
+    assert told.gains["gain"].max() < 5.0
+    assert str(told).startswith("Nothing speaks against a soft best response")
+
+
+def test_lapses_are_named_with_their_chance() -> None:
+    told = check(with_lapses)
+    assert told.named == "lapses"
+    assert told.p_value < 0.01
+    assert told.chances == (pytest.approx(0.2, abs=0.03),)
+    assert "it picks any action with chance 0.2" in str(told)
+    assert told.gains.filter(told.gains["named"])["model"].to_list() == ["lapses"]
+
+
+def test_who_answers_the_policy_before_is_late() -> None:
+    told = check(late)
+    assert told.named == "late"
+    assert told.gains["gain"].max() > 20.0
+
+
+def test_who_takes_the_second_best_now_and_then_is_named_with_both_chances() -> None:
+    told = check(best_and_second)
+    assert told.named == "ranks"
+    assert told.chances == (pytest.approx(0.6, abs=0.03), pytest.approx(0.4, abs=0.03))
+
+
+def test_who_cares_for_what_no_feature_tells_is_something_else() -> None:
+    told = check(lambda policy, before: response(MISSING, policy))
+    assert told.named == SOMETHING_ELSE
+    assert "perhaps a feature is missing" in str(told)
+
+
+def test_a_result_without_answers_cannot_be_checked() -> None:
+    made = made_result(PROBLEM)
+    with pytest.raises(InputError, match="check: needs the expert's answers"):
+        replace(made, answers=made.answers[:0]).check()
+
+
+def test_the_same_seed_tells_the_same() -> None:
+    result = result_of(softly)
+    assert result.check(3).p_value == result.check(3).p_value
