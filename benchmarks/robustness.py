@@ -64,7 +64,9 @@ Answer = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """π_e (T, S, A_e) from π_l (T, S, A_l) and the policy that was played before."""
 
 
-def values(world: World, policy: np.ndarray, temperature: float, hard: bool = False, ahead: int = HORIZON) -> np.ndarray:
+def values(
+    world: World, policy: np.ndarray, temperature: float, hard: bool = False, ahead: int = HORIZON
+) -> np.ndarray:
     """Q_e (T, S, A_e): soft, or of choosing best later; looking `ahead` so many steps."""
     found = np.zeros((HORIZON, STATES, EXPERT))
     # Who looks to the end computes all times in one pass.
@@ -236,7 +238,11 @@ def main() -> None:
         table = {
             "violation": violation,
             "pearson": [round(float(pearson.mean()), 4), round(float(pearson.min()), 4)],
-            "regret": [round(float(np.median(regret)), 2), round(float(regret.mean()), 2), round(float(regret.max()), 2)],
+            "regret": [
+                round(float(np.median(regret)), 2),
+                round(float(regret.mean()), 2),
+                round(float(regret.max()), 2),
+            ],
             "named": dict(Counter(row["named"] for row in rows).most_common()),
             "p": round(float(np.median([row["p"] for row in rows])), 3),
         }

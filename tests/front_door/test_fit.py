@@ -95,7 +95,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
 
 def same(one: Result, other: Result) -> None:
     """See that two results are the same to the last bit."""
-    for name in ("policy", "expert_policy", "played"):
+    for name in ("policy", "expert_policy", "played", "answers"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     np.testing.assert_array_equal(one.expert_reward.weights, other.expert_reward.weights)
     np.testing.assert_array_equal(one.dependent_reward.weights, other.dependent_reward.weights)
@@ -116,6 +116,8 @@ def test_a_result_holds_policies_that_are_distributions_over_what_is_allowed(lea
         assert (policy[:, ~actions] == 0).all()
     assert learned.played.shape == (ITERATIONS, HORIZON, STATES, LEARNER)
     assert (learned.played[:, :, ~LEARNER_ACTIONS] == 0).all()
+    assert learned.answers.shape == (ITERATIONS, HORIZON, STATES, EXPERT)
+    assert (learned.answers[:, 0].sum(axis=(1, 2)) == TRAJECTORIES).all()
     # Before anything was seen every allowed action is tried equally often.
     np.testing.assert_allclose(learned.played[0], made_result().policy, atol=1e-12)
 
