@@ -140,13 +140,13 @@ class Result:
             )
         return int(_generator(key).choice(actions, p=self.policy[t, state]))
 
-    def policy_for(self, problem: Problem, seed: int = 0) -> np.ndarray:
+    def policy_for(self, problem: object, seed: int = 0) -> np.ndarray:
         """A policy π_l (T, S, A_l) to deploy where the game has changed: the best commitment, searched for anew.
 
-        Both rewards are taken along, weight by name; `problem.dependent_value` is not read, and no demonstration seen.
+        `problem` is a `Problem`. Both rewards are taken along, weight by name; its `dependent_value` is not read.
 
         Raises:
-            InputError: the problem has a reward feature of which nothing was learned.
+            InputError: it is none, or has a reward feature of which nothing was learned.
         """
         return policy_for(problem, self.problem, self.expert_reward, self.dependent_reward, seed)
 

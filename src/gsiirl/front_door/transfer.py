@@ -18,7 +18,7 @@ from gsiirl.problems.problem import Problem
 
 
 def policy_for(
-    problem: Problem, before: Problem, expert: LearnedReward, dependent: LearnedReward, seed: int
+    problem: object, before: Problem, expert: LearnedReward, dependent: LearnedReward, seed: int
 ) -> np.ndarray:
     """The best commitment (T, S, A_l) found in the game of `problem`, under rewards learned in that of `before`."""
     if not isinstance(problem, Problem):

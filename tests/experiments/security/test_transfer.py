@@ -1,9 +1,9 @@
 """What was learned on one network is put to use on a changed one, and judged by the true rewards there."""
 
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -48,6 +48,7 @@ def finished_run(
     expert: np.ndarray | None = None,
     dependent: np.ndarray | None = None,
     config: SecurityConfig = CONFIG,
+    lost: int | None = None,
 ) -> Path:
     """A run on the small network that ended with the true rewards, or others, and with policies drawn at random."""
     network = small_network()
@@ -62,9 +63,11 @@ def finished_run(
         true["commitment"] = true.pop("dependent_reward")
     arrays = {name: np.tile(weights, (2, 1)) for name, weights in true.items()}
     scales = dict.fromkeys(arrays, 1.0)
+    deployed = [np.nan if seed == lost else 0.0 for seed in SEEDS]
+    arrays["expert_reward"] = arrays["expert_reward"] + np.array(deployed)[:, None]
     names = {name: each for name, each in names_of(network).items() if name in arrays}
     random, states = np.random.default_rng(0), world.game.number_of_states
-    columns = {"seed": SEEDS, "iteration": [0, 0], "deployed_return_learner": [0.0, 0.0]}
+    columns = {"seed": SEEDS, "iteration": [0, 0], "deployed_return_learner": deployed}
     folder.append_metrics(0, {name: np.asarray(each) for name, each in columns.items()})
     folder.save_learned(arrays, scales, names, SEEDS)
     folder.save_policies({"learner.table": random.dirichlet(np.ones(6), size=(2, HORIZON, states))})
@@ -88,10 +91,15 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(run: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
-    """The run with the true rewards, and beside it one whose attacker wants nothing."""
-    wants_nothing = finished_run(tmp_path_factory.mktemp("beside") / "run", "ma-irl", expert=np.zeros(10))
-    result = transferred(Learned.open(run), [CHANGE], Learned.open(wants_nothing, "--beside"), quiet=True)
+def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run whose attacker wants nothing."""
+    return finished_run(tmp_path_factory.mktemp("beside") / "run", "ma-irl", expert=np.zeros(10))
+
+
+@pytest.fixture(scope="module")
+def found(run: Path, beside: Path) -> dict[str, Any]:
+    """The rows of a change."""
+    result = transferred(Learned.open(run), [CHANGE], Learned.open(beside, "--beside"), quiet=True)
     return result["changes"][0]["rows"]
 
 
@@ -119,25 +127,25 @@ def over_all_states(policy: np.ndarray, network: AttackNetwork) -> np.ndarray:
     return every
 
 
-def test_the_procedure_with_the_true_rewards_finds_the_best_commitment_of_the_changed_game(found):
+def test_the_procedure_with_the_true_rewards_finds_the_best_commitment_of_the_changed_game(found: dict[str, Any]):
     ceiling, _, floor = extremes(dense(changed(small_network(), CHANGE)), starts=48)
     value = found["true rewards"]["discounted_return"]["mean"]
     assert value == pytest.approx(ceiling, abs=2e-4 * (ceiling - floor))
 
 
-def test_who_learned_the_true_rewards_regrets_nothing(found):
+def test_who_learned_the_true_rewards_regrets_nothing(found: dict[str, Any]):
     assert found["gsiirl"]["regret"]["per_seed"] == [0.0, 0.0]
     assert found["ma-irl"]["regret"]["mean"] > 1e-3
     # Its losses are the true ones: the attacker that it takes for one without aims is all that is wrong.
     assert found["ma-irl, r_e alone"] == found["ma-irl"]
 
 
-def test_random_play_regrets_all(found):
+def test_random_play_regrets_all(found: dict[str, Any]):
     assert found["random"]["regret_percent"]["mean"] == pytest.approx(100.0)
     assert found["true rewards"]["regret_percent"]["per_seed"] == [0.0]
 
 
-def test_the_old_policy_is_played_where_states_and_edges_are_the_same(run: Path, found):
+def test_the_old_policy_is_played_where_states_and_edges_are_the_same(run: Path, found: dict[str, Any]):
     network = changed(small_network(), CHANGE)
     policies = Learned.open(run).policies
     # The edge that is gone is the fourth; three of c's successors can no longer be reached without it.
@@ -155,7 +163,7 @@ def test_where_nothing_changes_the_old_policies_earn_what_they_earned(run: Path)
     learned = Learned.open(run)
     with jax.numpy_dtype_promotion("standard"):
         before = World.of(learned.network, CONFIG, TEMPERATURE)
-        rows = judged(before, learned, learned.network, [learned.weights], ["gsiirl"])["rows"]
+        rows = judged(before, learned, learned.network, [learned.weights] * 3, ["gsiirl", "second", "third"])["rows"]
     expected = [
         learner_return(dense(learned.network), over_all_states(each, learned.network)) for each in learned.policies
     ]
@@ -163,7 +171,7 @@ def test_where_nothing_changes_the_old_policies_earn_what_they_earned(run: Path)
     assert rows["gsiirl"]["regret"]["per_seed"] == [0.0, 0.0]
 
 
-def test_the_clone_is_met_with_the_best_answer_to_what_was_seen(run: Path, found):
+def test_the_clone_is_met_with_the_best_answer_to_what_was_seen(run: Path, found: dict[str, Any]):
     network = changed(small_network(), CHANGE)
     game, learned = dense(network), Learned.open(run)
     before = np.asarray(World.of(small_network(), CONFIG, TEMPERATURE).game.masks)
@@ -225,18 +233,21 @@ def test_rewards_are_read_in_units_of_the_temperature(algorithm: str, temperatur
     np.testing.assert_allclose(Learned.open(run).weights.expert, np.tile(true / unit, (2, 1)))
 
 
-def test_the_command_prints_every_change_and_writes_a_sealed_file(run: Path, capsys: pytest.CaptureFixture[str]):
-    assert main(["transfer", str(run), "--change", CHANGE, "--changes", "1", "--quiet"]) == 0
+def test_the_command_prints_every_change_and_writes_a_sealed_file(
+    run: Path, beside: Path, found: dict[str, Any], capsys: pytest.CaptureFixture[str]
+):
+    changes = ["--change", CHANGE, "--change", "redraw=1"]
+    assert main(["transfer", str(run), "--beside", str(beside), *changes, "--quiet"]) == 0
     printed = capsys.readouterr().out
     assert f"{CHANGE}, " in printed
     assert "regret in per cent, all seeds and 2 changes" in " ".join(printed.split())
     assert printed.splitlines()[-1] == str(run / "transfer.json")
     content = read_versioned_json(run / "transfer.json", "", carries=True)
-    assert content["changes"][0]["change"] == CHANGE
-    assert list(content["all_changes"]) == ["true rewards", "gsiirl", "clone", "policy unchanged", "random"]
-    assert main(["transfer", str(run), "--change", content["changes"][1]["change"], "--quiet"]) == 0
-    again = json.loads((run / "transfer.json").read_text())
-    assert again["changes"] == content["changes"][1:]
+    assert [each["change"] for each in content["changes"]] == [CHANGE, "redraw=1"]
+    assert content["changes"][0]["rows"] == found
+    regrets = [each["rows"]["clone"]["regret_percent"]["per_seed"] for each in content["changes"]]
+    assert content["all_changes"]["clone"]["mean"] == pytest.approx(np.mean(regrets))
+    assert content["all_changes"]["clone"]["worst"] == np.max(regrets)
 
 
 def test_other_runs_are_refused_in_one_line(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
@@ -267,3 +278,11 @@ def test_a_run_without_learned_rewards_is_refused(run: Path, tmp_path: Path):
     folder.write_summary(summarise(folder.config, polars.DataFrame(columns), completed=True))
     with pytest.raises(InputError, match="is a run of marl, which keeps no learned reward; give the folder"):
         Learned.open(tmp_path / "marl")
+
+
+def test_a_seed_whose_rewards_are_no_numbers_is_left_out(tmp_path: Path):
+    run = finished_run(tmp_path / "run", lost=SEEDS[0])
+    learned = Learned.open(run)
+    assert learned.seeds == SEEDS[1:]
+    assert learned.weights.expert.shape == (1, 10)
+    assert learned.policies.shape[0] == len(learned.answers) == 1  # pyright: ignore[reportArgumentType]

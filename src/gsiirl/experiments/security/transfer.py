@@ -114,9 +114,10 @@ class Learned:
         in_units_of_it = config.temperature == "unknown" and config.algorithm in ("gsiirl", "paper")
         unit = 1.0 if in_units_of_it else temperature
         weights = Sides(learned.weights(dependent), learned.weights("expert_reward") / unit)
-        sound = is_sound(weights.learner).all(axis=1) & is_sound(weights.expert).all(axis=1)
+        kept = zip(weights.learner, weights.expert, policies["learner.table"], strict=True)
+        sound = np.array([all(np.all(is_sound(each)) for each in of_seed) for of_seed in kept])
         if not sound.any():
-            raise InputError(field, f"{path} holds no seed whose rewards are numbers", OTHER_RUN)
+            raise InputError(field, f"{path} holds no seed whose rewards and policy are numbers", OTHER_RUN)
         checkpoint = folder.load_checkpoint()
         seen = None if checkpoint is None else checkpoint.arrays.get(SEEN)
         return cls(
@@ -124,7 +125,7 @@ class Learned:
             config=config,
             network=network,
             temperature=temperature,
-            seeds=[seed for seed, kept in zip(summary.seeds, sound, strict=True) if kept],
+            seeds=[seed for seed, good in zip(summary.seeds, sound.tolist(), strict=True) if good],
             weights=Sides(weights.learner[sound], weights.expert[sound]),
             policies=policies["learner.table"][sound],
             answers=None if seen is None else seen.sum(axis=(1, 2))[sound],
