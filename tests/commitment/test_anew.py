@@ -40,9 +40,10 @@ def fixed_return(game: FiniteGame, policy: Floats, answer: Floats) -> float:
     return total
 
 
-def test_the_best_answer_to_a_fixed_expert_is_the_best_of_all_pure_policies():
-    game = replace(finite_game(2), learner_actions=None)
-    answer = np.random.default_rng(0).dirichlet(np.ones(EXPERT), size=(HORIZON, STATES))
+@pytest.mark.parametrize("seed", range(4))
+def test_the_best_answer_to_a_fixed_expert_is_the_best_of_all_pure_policies(seed: int):
+    game = replace(finite_game(seed), learner_actions=None)
+    answer = np.random.default_rng(seed).dirichlet(np.full(EXPERT, 0.3), size=(HORIZON, STATES))
     found = np.asarray(best_answer(commitment_of(game), jnp.asarray(answer)))
     # In the third state the game is over.
     choices = itertools.product(range(JOINT[1]), repeat=HORIZON * (STATES - 1))

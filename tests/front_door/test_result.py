@@ -8,6 +8,7 @@ from commitment_oracle import Batch, FiniteGame, Floats, extremes, learner_retur
 from small_games import HORIZON, JOINT, finite_game, made_result, problem_of
 
 from gsiirl.errors import InputError
+from gsiirl.front_door.learned_reward import LearnedReward
 from gsiirl.front_door.transfer import carried_over
 
 GAME = finite_game()
@@ -62,10 +63,14 @@ def test_what_is_no_policy_of_the_learner_is_refused(policy: Floats, problem: st
 
 
 def test_a_policy_for_the_same_problem_is_the_best_under_both_learned_rewards():
-    weights = RESULT.expert_reward.weights.reshape(JOINT), RESULT.dependent_reward.weights.reshape(JOINT)
-    learned = replace(GAME, expert=weights[0], dependent=weights[1])
+    wanted, lost = np.random.default_rng(4).normal(size=(2, *JOINT))
+    learned = replace(finite_game(temperature=3.0), expert=3 * wanted, dependent=lost)
+    problem = problem_of(learned)
+    rewards = LearnedReward(problem.expert_names, learned.expert.ravel(), problem.expert_features)
+    losses = LearnedReward(problem.dependent_names, lost.ravel(), problem.dependent_features)
+    result = replace(made_result(problem), expert_reward=rewards, dependent_reward=losses)
     ceiling, _, floor = extremes(learned)
-    earned = learner_return(learned, RESULT.policy_for(RESULT.problem))
+    earned = learner_return(learned, result.policy_for(result.problem))
     assert earned == pytest.approx(ceiling, abs=1e-4 * (ceiling - floor))
 
 

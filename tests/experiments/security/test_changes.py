@@ -64,11 +64,13 @@ def test_odds_are_redrawn_and_nothing_else():
 
 
 def test_names_may_hold_colons():
-    network = replace(small_network(), node_names=("a", "a:b", "b:c", "c"))
+    network = replace(small_network(), node_names=("a", "b", "b:c", "d"))
     assert changed(network, "remove-edge=a:b:c").edge_names == tuple(
         name for name in network.edge_names if name != "a -> b:c"
     )
-    assert changed(network, "add-edge=a:b:b:c:0.5:0.1:0.2").edge_names[-1] == "a:b -> b:c"
+    # There is neither d -> b nor d -> b:c.
+    assert changed(network, "add-edge=d:b:c:0.5:0.1:0.2").edge_names[-1] == "d -> b:c"
+    assert changed(network, "add-edge=d:b:0.5:0.1:0.2").edge_names[-1] == "d -> b"
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -72,7 +72,7 @@ def finished_run(
     folder.save_learned(arrays, scales, names, SEEDS)
     folder.save_policies({"learner.table": random.dirichlet(np.ones(6), size=(2, HORIZON, states))})
     if algorithm == "gsiirl":
-        folder.save_checkpoint({SEEN: random.integers(0, 3, (2, 1, HORIZON, states, 6)).astype(float)}, 1, 1)
+        folder.save_checkpoint({SEEN: 50 * random.dirichlet(np.full(6, 0.2), (2, 1, HORIZON, states))}, 1, 1)
     folder.write_summary(summarise(folder.config, polars.DataFrame(columns), completed=True))
     return path
 
@@ -173,11 +173,11 @@ def test_where_nothing_changes_the_old_policies_earn_what_they_earned(run: Path)
 
 def test_the_clone_is_met_with_the_best_answer_to_what_was_seen(run: Path, found: dict[str, Any]):
     network = changed(small_network(), CHANGE)
-    game, learned = dense(network), Learned.open(run)
+    game, checkpoint = dense(network), RunFolder.open(run).load_checkpoint()
     before = np.asarray(World.of(small_network(), CONFIG, TEMPERATURE).game.masks)
-    assert learned.answers is not None
+    assert checkpoint is not None
     earned = []
-    for seen in learned.answers:
+    for seen in checkpoint.arrays[SEEN][:, 0].sum(axis=1):
         clone = np.ones((len(game.initial), 6))
         clone[before] = np.where(seen.sum(-1, keepdims=True) > 0, seen, 1.0)
         clone = np.delete(clone, 3, axis=-1)
