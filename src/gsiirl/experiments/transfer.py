@@ -1,5 +1,6 @@
 """The command `gsiirl transfer`. `gsiirl.cli` imports this module only when it is asked for."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -58,6 +59,10 @@ def transfer(
     if len(found["changes"]) > 1:
         _print_all(found["all_changes"], len(found["changes"]))
     print(folder / "transfer.json")
+    for each in (learned, other):
+        if each is not None and each.left_out:
+            seeds = ", ".join(map(str, each.left_out))
+            print(f"gsiirl: {each.folder.path}: left out seeds {seeds}, which learned no numbers", file=sys.stderr)
 
 
 def _print_change(found: Mapping[str, Any]) -> None:

@@ -283,6 +283,6 @@ def test_a_run_without_learned_rewards_is_refused(run: Path, tmp_path: Path):
 def test_a_seed_whose_rewards_are_no_numbers_is_left_out(tmp_path: Path):
     run = finished_run(tmp_path / "run", lost=SEEDS[0])
     learned = Learned.open(run)
-    assert learned.seeds == SEEDS[1:]
+    assert (learned.seeds, learned.left_out) == (SEEDS[1:], SEEDS[:1])
     assert learned.weights.expert.shape == (1, 10)
     assert learned.policies.shape[0] == len(learned.answers) == 1  # pyright: ignore[reportArgumentType]

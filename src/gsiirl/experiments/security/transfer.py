@@ -82,6 +82,8 @@ class Learned:
     network: AttackNetwork
     temperature: float
     seeds: list[int]
+    left_out: list[int]
+    """Seeds whose rewards or policy are no numbers."""
     weights: Sides[np.ndarray]
     """(n, N + 2 E) of r_ld in reward units, (n, N + E) of r_e in units of the temperature."""
     policies: np.ndarray
@@ -126,6 +128,7 @@ class Learned:
             network=network,
             temperature=temperature,
             seeds=[seed for seed, good in zip(summary.seeds, sound.tolist(), strict=True) if good],
+            left_out=[seed for seed, good in zip(summary.seeds, sound.tolist(), strict=True) if not good],
             weights=Sides(weights.learner[sound], weights.expert[sound]),
             policies=policies["learner.table"][sound],
             answers=None if seen is None else seen.sum(axis=(1, 2))[sound],
@@ -199,13 +202,14 @@ def _rows(values: dict[str, np.ndarray]) -> dict[str, Any]:
     """Statistics over seeds of discounted and undiscounted returns [2, n], and of the regret to the first row."""
     best, random = values["true rewards"][0, 0], values["random"][0, 0]
     span = best - random
+    # Where nothing can be won there is nothing to miss.
+    share = 100.0 / span if span > 1e-9 * max(1.0, abs(best)) else 0.0
     return {
         name: {
             "discounted_return": asdict(Statistics.of(each[0])),
             "return": asdict(Statistics.of(each[1])),
             "regret": asdict(Statistics.of(best - each[0])),
-            # Where nothing can be won there is nothing to miss.
-            "regret_percent": asdict(Statistics.of(100 * (best - each[0]) / span if span > 0 else 0 * each[0])),
+            "regret_percent": asdict(Statistics.of(share * (best - each[0]))),
         }
         for name, each in values.items()
     }
