@@ -85,7 +85,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == __version__
     assert main(["--help"]) == 0
-    assert {"run", "resume", "evaluate", "reproduce", "theory", "report", "list"} <= set(
+    assert {"run", "resume", "evaluate", "transfer", "reproduce", "theory", "report", "list"} <= set(
         capsys.readouterr().out.split()
     )
     assert main(["run", "security", "--help"]) == 0
@@ -134,7 +134,7 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         (
             "secruity",
             "secruity: is no command of `gsiirl`; "
-            "choose from run, resume, network, evaluate, reproduce, ablation, theory, report, list",
+            "choose from run, resume, network, evaluate, transfer, reproduce, ablation, theory, report, list",
         ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
@@ -198,6 +198,9 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
             "--episodes: cannot be 0; give a whole number of at least 1 and at most 1000000",
         ),
         ("evaluate x --in mpe2", "x: is no folder; give the --out folder of a run"),
+        ("transfer", "DIR: is missing; add DIR"),
+        ("transfer x", "x: is no folder; give the --out folder of a run"),
+        ("transfer x --changes 0", "--changes: cannot be 0; give a whole number of at least 1 and at most 1000"),
         ("theory", "--out: is missing; add --out DIR"),
         ("theory --quik --out x", "--quik: is no flag of `gsiirl theory`; did you mean --quick?"),
     ],

@@ -89,9 +89,11 @@ WITHOUT_JAX_MODULES = {
     "gsiirl.experiments.plans.plan",
     "gsiirl.experiments.plans.planned_run",
     "gsiirl.experiments.plans.reproduce",
+    "gsiirl.experiments.security.changes",
     "gsiirl.experiments.security.config",
     "gsiirl.experiments.security.cost",
     "gsiirl.experiments.security.network_check",
+    "gsiirl.experiments.transfer",
     "gsiirl.theory",
     "gsiirl.theory.commands",
     "gsiirl.theory.folder",
@@ -200,7 +202,7 @@ def test_jax_is_not_loaded(code: str):
     assert (finished.returncode, finished.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("command", [["--help"], ["theory", "--help"], ["evaluate", "--help"]])
+@pytest.mark.parametrize("command", [["--help"], ["theory", "--help"], ["evaluate", "--help"], ["transfer", "--help"]])
 def test_help_loads_nothing_heavy(command: list[str]):
     check = (
         "import sys; sys.exit(', '.join({'pydantic', 'polars', 'matplotlib', 'networkx', 'numpy'} & {*sys.modules}))"

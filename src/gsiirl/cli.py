@@ -74,6 +74,11 @@ app.command(
     help="Play a finished run's policies in somebody else's implementation of the game: mpe2's physical deception.",
 )
 app.command(
+    "gsiirl.experiments.transfer:transfer",
+    name="transfer",
+    help="What a finished run's learned rewards are worth where the game has changed.",
+)
+app.command(
     "gsiirl.experiments.commands:reproduce",
     name="reproduce",
     help="The paper's comparison: every algorithm on every game, then the report.",

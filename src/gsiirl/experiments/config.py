@@ -129,16 +129,21 @@ def _accepted(schema: Mapping[str, Any]) -> str:
 
 
 def at_least_one(name: str, text: str, most: int) -> int:
+    """The whole number that a flag is given; see `whole`."""
+    return whole(name, text, 1, most)
+
+
+def whole(name: str, text: str, least: int, most: int) -> int:
     """The whole number that a flag is given.
 
     Raises:
-        InputError: it is none, below 1, or above `most`.
+        InputError: it is none, below `least`, or above `most`.
     """
     # A number of too many digits is not even read.
-    if not text.isdecimal() or len(text) > 20 or not 1 <= int(text) <= most:
+    if not text.isdecimal() or len(text) > 20 or not least <= int(text) <= most:
         problem, mend = (
             f"cannot be {_shortened(text) or 'empty'}",
-            f"give a whole number of at least 1 and at most {most}",
+            f"give a whole number of at least {least} and at most {most}",
         )
         raise InputError(name, problem, mend)
     return int(text)

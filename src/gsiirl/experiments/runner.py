@@ -21,7 +21,7 @@ from gsiirl.compilation import OF_A_RUN
 from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
-from gsiirl.experiments.known_weights import intervals_of
+from gsiirl.experiments.policy_run import intervals_of
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
 from gsiirl.program.command import command
 from gsiirl.program.progress import Begun, Told, shown

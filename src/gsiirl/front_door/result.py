@@ -17,6 +17,7 @@ from gsiirl.evaluation.result import Evaluation, evaluate
 from gsiirl.front_door.learned_reward import LearnedReward, interval_of
 from gsiirl.front_door.results import AbstractResults
 from gsiirl.front_door.saved_problem import problem_arrays, problem_settings
+from gsiirl.front_door.transfer import policy_for
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.tabular import TabularGame
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
@@ -145,6 +146,16 @@ class Result:
                 stacklevel=2,
             )
         return int(_generator(key).choice(actions, p=self.policy[t, state]))
+
+    def policy_for(self, problem: object, seed: int = 0) -> np.ndarray:
+        """A policy π_l (T, S, A_l) to deploy where the game has changed: the best commitment, searched for anew.
+
+        `problem` is a `Problem`. Both rewards are taken along, weight by name; its `dependent_value` is not read.
+
+        Raises:
+            InputError: it is none, or has a reward feature of which nothing was learned.
+        """
+        return policy_for(problem, self.problem, self.expert_reward, self.dependent_reward, seed)
 
     def answer_interval(self, policy: object, level: float = 0.9) -> tuple[np.ndarray, np.ndarray]:
         """Between which probabilities the expert's answer to a policy of the learner lies, with probability `level`.

@@ -232,6 +232,10 @@ class RunFolder:
         """Write `evaluation-SIMULATOR.json`: what the final policies earn in another implementation of the game."""
         write_json(self.path / f"evaluation-{simulator}.json", versioned(evaluation))
 
+    def write_transfer(self, transfer: dict[str, Any]) -> None:
+        """Write `transfer.json`: what the learned rewards are worth in changed games."""
+        write_json(self.path / "transfer.json", versioned(transfer))
+
     def write_environment(self, environment: Environment) -> None:
         """Write `environment.json`: versions, device, wall times."""
         write_json(self.path / "environment.json", asdict(environment))
