@@ -42,11 +42,9 @@ def two_sided(seed: int, sign: float, iterations: int) -> dict[str, float]:
     game = oracle.random_markov(STATES, LEARNER, EXPERT, HORIZON, TEMPERATURE, seed)
     game = replace(game, dependent=sign * game.expert, own=0.0 * game.own)
     policy = learned(game, iterations).policy
-    extra, row = [policy], {}
-    if sign < 0:
-        least, safe = special_case_oracles.soft_minimax(game)
-        extra.append(safe)
-    ceiling, _, floor = oracle.extremes(game, starts=32, policies=extra)
+    row = {}
+    least, safe = special_case_oracles.soft_minimax(game)
+    ceiling, _, floor = oracle.extremes(game, starts=32, policies=[policy, safe] if sign < 0 else [policy])
     earned = oracle.learner_return(game, policy)
     uniform = oracle.learner_return(game, np.full((HORIZON, STATES, LEARNER), 1.0 / LEARNER))
     row["way missed"] = 100 * (ceiling - earned) / (ceiling - uniform)

@@ -7,7 +7,13 @@
 import numpy as np
 from commitment_oracle import FiniteGame, Floats
 from scipy.optimize import minimize
-from scipy.special import logsumexp, softmax
+from scipy.special import softmax
+
+
+def logsumexp(values: Floats) -> Floats:
+    """ln Σ exp over the last axis."""
+    most = values.max(-1)
+    return most + np.log(np.exp(values - most[..., None]).sum(-1))
 
 
 def stage(payoff: Floats, temperature: float) -> tuple[float, Floats]:
@@ -75,7 +81,7 @@ class CausalEntropy:
         value, policies = np.zeros(len(self.initial)), []
         for _ in range(self.horizon):
             action_values = reward + self.discount * self.transitions @ value
-            value = logsumexp(action_values, axis=-1)
+            value = logsumexp(action_values)
             policies.append(softmax(action_values, axis=-1))
         return float(self.initial @ value), np.array(policies[::-1])
 
@@ -94,7 +100,7 @@ class CausalEntropy:
         def loss(flat: Floats) -> tuple[float, Floats]:
             value, policy = self.solve(flat.reshape(shape))
             slope = (self.occupancies(policy) - occupancies).ravel() + regularisation * flat
-            return value - flat @ occupancies.ravel() + 0.5 * regularisation * flat @ flat, slope
+            return float(value - flat @ occupancies.ravel() + 0.5 * regularisation * flat @ flat), slope
 
         flat = minimize(loss, np.zeros(occupancies.size), jac=True, method="L-BFGS-B").x
         for _ in range(8):

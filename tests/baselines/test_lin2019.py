@@ -13,7 +13,7 @@ from problems import tiny_config, tiny_problem
 from gsiirl.baselines.lin2019 import Lin2019
 from gsiirl.experiments.security import run
 from gsiirl.games import DensePayoff, TabularGame
-from gsiirl.rewards.linear import IndicatorFeatures
+from gsiirl.rewards.linear import IndicatorFeatures, TabularFeatures
 from gsiirl.types import Sides, Trajectories
 
 STATES, HORIZON, DISCOUNT = 2, 3, 0.9
@@ -141,6 +141,22 @@ def test_of_a_soft_player_the_program_takes_the_reward_that_is_worth_its_violati
         policies = Sides(jnp.ones((1, 1, 1)), jnp.asarray([[[0.3, 0.7]]]))
         learned = np.asarray(eqx.filter_jit(found.learn)(policies, jnp.ones((1, 1))).expert)
         assert learned[1] - learned[0] == pytest.approx(liked, abs=1e-6)
+
+
+@pytest.mark.parametrize(("elsewhere", "weight"), [(1.4, 1.0), (3.0, 0.0)])
+def test_rewards_by_which_both_would_rather_play_something_else_must_be_worth_it(elsewhere: float, weight: float):
+    """Both choose their first action, with one feature: 1 there, and `elsewhere` where both choose the second one.
+
+    The margins gain each side half of its weight; the gap to the other equilibrium costs (`elsewhere` − 1) of it.
+    """
+    game = TabularGame.from_arrays(np.ones((1, 2, 2, 1)), initial=[1.0], horizon=1)
+    features = TabularFeatures(table=jnp.asarray([[[[1.0], [0.0]], [[0.0], [elsewhere]]]]))
+    found = Lin2019(
+        jax.tree.map(jnp.asarray, game), DensePayoff(jnp.zeros((1, 2, 2))), Sides(features, features), 1.0, 1.0, 1.0
+    )
+    first = jnp.asarray([[[1.0, 0.0]]])
+    learned = eqx.filter_jit(found.learn)(Sides(first, first), jnp.ones((1, 1)))
+    np.testing.assert_allclose([learned.learner[0], learned.expert[0]], weight, atol=1e-6)
 
 
 def test_what_is_estimated_is_what_was_seen():

@@ -71,7 +71,7 @@ def soccer() -> dict[str, Any]:
                 break
         if scored is not None:
             goals[(scored, place[state], *actions)] += 0.5
-        follows[(place[state], *actions, end if scored is not None else place[(*at, ball)])] += 0.5
+        follows[(place[state], *actions, end if scored is not None else place[at[0], at[1], ball])] += 0.5
     initial = np.zeros(end + 1)
     for ball in (0, 1):
         initial[place[((0, 0), (1, columns - 1), ball)]] = 0.5
