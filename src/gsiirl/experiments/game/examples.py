@@ -98,14 +98,15 @@ def walk() -> dict[str, Any]:
         goal = (row + down, column + right)
         follows[state, action, cells.index(goal) if goal in cells else state] += 0.9
         follows[state, action, state] += 0.1
-    reward = np.zeros((len(cells), len(MOVES)))
-    reward[8], reward[4] = 1.0, -0.5
-    reward[:, 1:] -= 0.05
+    features = np.zeros((len(cells), len(MOVES), 3))
+    features[8, :, 0] = features[4, :, 1] = features[:, 1:, 2] = 1.0
     return {
         "transitions": follows,
         "initial": np.eye(len(cells))[0],
         "horizon": 8,
-        "expert_reward": reward,
+        "expert_reward": features @ [1.0, -0.5, -0.05],
+        "expert_features": features,
+        "expert_names": np.array(["lower right cell", "middle cell", "walking"]),
         "temperature": 0.2,
     }
 
