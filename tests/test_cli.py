@@ -434,7 +434,7 @@ def test_list_names_what_is_known(capsys: pytest.CaptureFixture[str]):
     assert list(known) == ["experiments", "scenarios", "algorithms", "solvers", "experts"]
     assert known["experiments"] == "security, crossing, deception, game"
     assert known["solvers"] == "logit, soft_joint, q_learning, pathwise, maddpg"
-    assert known["algorithms"] == "gsiirl, paper, ma-irl, marl"
+    assert known["algorithms"] == "gsiirl, paper, ma-irl, lin2019, marl"
     assert "small-linear" in known["scenarios"].split(", ")
 
 

@@ -14,6 +14,8 @@ from gsiirl.cli import main
 from gsiirl.experiments.security import cost, network_check
 
 DOCS = Path(__file__).parents[1] / "docs"
+PAGES = ["how-to/own-game.md", "how-to/own-expert.md", "commitment.md"]
+PAGES += [f"special-cases/{case}.md" for case in ("cooperative", "competitive", "classic")]
 NUMBER = r"-?\d+(?:\.\d*)?"
 
 
@@ -39,7 +41,7 @@ def test_the_program_of_a_continuous_game_of_ones_own_finds_what_the_cat_wants(t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", ["how-to/own-game.md", "how-to/own-expert.md", "commitment.md", "special-cases.md"])
+@pytest.mark.parametrize("page", PAGES)
 def test_the_programs_of_a_page_print_what_the_page_says(page: str, tmp_path: Path) -> None:
     program, said = programs_and_outputs(DOCS / page)
     shutil.copytree(DOCS.parent / "examples", tmp_path / "examples")

@@ -1,5 +1,7 @@
 """Cooperation, competition and classic inverse reinforcement learning are the same call with other arrays."""
 
+import itertools
+import math
 from dataclasses import replace
 
 import equinox as eqx
@@ -7,17 +9,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from commitment_oracle import Floats, extremes, learner_return
+from commitment_oracle import FiniteGame, Floats, extremes, learner_return, one_shot, random_markov
 from scipy.optimize import minimize
 from small_games import LEARNER_ACTIONS, expert_of, finite_game, problem_of, uniform
+from special_case_oracles import CausalEntropy, soft_minimax, stage
 
-from gsiirl import GSIIRL
+from gsiirl import GSIIRL, Problem, RespondingExpert
 from gsiirl.equilibria.response import respond
+from gsiirl.experiments.game.examples import EXAMPLES
 from gsiirl.games import TabularGame
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
-from gsiirl.irl.memory import Memory
+from gsiirl.irl.inference import MatchingLevel, MatchingState
+from gsiirl.irl.memory import Memory, Played
 from gsiirl.irl.posterior import Inference
-from gsiirl.rewards.linear import TabularFeatures
+from gsiirl.rewards.linear import Linear, TabularFeatures
 
 STATES, ACTIONS, HORIZON, DISCOUNT, DEVIATION = 4, 3, 5, 0.9, 3.0
 
@@ -109,3 +114,123 @@ def test_the_learner_finds_the_best_commitment_of_cooperation_and_of_competition
         earned = learner_return(game, result.policy)
         assert ceiling - earned <= 0.01 * (ceiling - floor)
         assert earned >= learner_return(game, uniform(LEARNER_ACTIONS))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_matching_exact_occupancies_comes_to_the_reward_and_policy_of_maximum_causal_entropy(seed: int) -> None:
+    states, actions, horizon, scale, regularisation = 2, 2, 3, 6.0, 0.02
+    random = np.random.default_rng(seed)
+    transitions = random.dirichlet(np.ones(states), size=(states, actions))
+    start = random.dirichlet(np.ones(states))
+    classic = CausalEntropy(transitions, start, horizon, DISCOUNT)
+    seen = classic.occupancies(classic.solve(random.normal(size=(states, actions)))[1])
+    # The package's λ is on θ = r/scale.
+    expected = classic.fit(seen, regularisation / scale**2)
+    game = jax.tree.map(jnp.asarray, TabularGame.from_arrays(transitions[:, None], initial=start, horizon=horizon))
+    features = TabularFeatures(table=jnp.eye(states * actions).reshape(states, 1, actions, -1), names=())
+    reward = Linear(features, scale)
+    level = MatchingLevel(ConditionalLikelihood(game, features, DISCOUNT), reward, regularisation, 400, 1e-3)
+    finer = replace(level, step_size=1e-5)
+    played = jnp.ones((horizon, states, 1))
+
+    def matched(level: MatchingLevel, state: MatchingState) -> MatchingState:
+        again = Played(played, jnp.asarray(scale * seen.ravel()))
+        return jax.lax.fori_loop(0, 25, lambda k, now: level.match(now, again, jax.random.key(0)), state)
+
+    with jax.numpy_dtype_promotion("standard"):  # Adam takes powers of its step count
+        found = level.estimate(jax.jit(lambda state: matched(finer, matched(level, state)))(level.init(1)))
+    np.testing.assert_allclose(found, expected.ravel(), atol=1e-6)
+    answer = respond(game, played, features.payoff(found), 1.0, DISCOUNT).policy
+    np.testing.assert_allclose(answer, classic.solve(expected)[1], atol=1e-6)
+
+
+def test_the_oracle_of_a_stage_finds_the_least_soft_value_of_a_grid() -> None:
+    for seed in range(5):
+        payoff = np.random.default_rng(seed).uniform(-1, 1, (2, 3))
+        value, _ = stage(payoff, 0.2)
+        mixtures = np.linspace(0, 1, 20001)[:, None] * payoff[0] + np.linspace(1, 0, 20001)[:, None] * payoff[1]
+        least = 0.2 * np.log(np.exp(mixtures / 0.2).sum(-1)).min()
+        assert least - 1e-7 <= value <= least + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_best_commitment_of_a_competitive_game_lies_between_the_bounds(seed: int) -> None:
+    game = random_markov(2, 2, 3, 2, 0.3, seed)
+    game = replace(game, dependent=-game.expert, own=0.0 * game.own)
+    value, safe = soft_minimax(game)
+    ceiling, _, _ = extremes(game, starts=16, policies=[safe])
+    most = game.temperature * math.log(3) * (1 + game.discount)
+    assert -value - 1e-9 <= learner_return(game, safe) <= ceiling <= most - value + 1e-9
+
+
+@pytest.mark.slow
+def test_in_matching_pennies_the_learner_plays_both_sides_alike_and_loses_nothing() -> None:
+    """Where p is the probability of heads the learner earns −d tanh(d/τ), d = 2p − 1: the upper bound at p = 1/2."""
+    temperature = 0.2
+    pennies = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    game = one_shot("matching pennies", -pennies, pennies, temperature)
+    value, safe = soft_minimax(game)
+    assert value == pytest.approx(temperature * math.log(2))
+    np.testing.assert_allclose(safe[0, 0], 0.5, atol=1e-6)
+    result = GSIIRL(problem_of(game)).fit(expert_of(game), iterations=20, trajectories=100, progress=False)
+    assert learner_return(game, result.policy) >= temperature * math.log(2) - value - 2e-3
+    np.testing.assert_allclose(result.policy[0, 0], 0.5, atol=0.02)
+
+
+def pursuit() -> FiniteGame:
+    """A pursuer (the learner) and an evader on a field of 2 x 3 cells; who stands on the other's cell has caught it."""
+    cells = list(itertools.product(range(2), range(3)))
+    moves = ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1))
+
+    def moved(cell: int, action: int) -> int:
+        goal = (cells[cell][0] + moves[action][0], cells[cell][1] + moves[action][1])
+        return cells.index(goal) if goal in cells else cell
+
+    count = len(cells)
+    follows, caught = np.zeros((count**2, 5, 5, count**2)), np.zeros((count**2, 5, 5))
+    for (hunter, prey), *both in itertools.product(itertools.product(range(count), repeat=2), range(5), range(5)):
+        after = moved(hunter, both[0]), moved(prey, both[1])
+        follows[(hunter * count + prey, *both, after[0] * count + after[1])] = 1.0
+        caught[(hunter * count + prey, *both)] = after[0] == after[1]
+    initial = np.zeros(count**2)
+    initial[0 * count + 5] = 1.0
+    return FiniteGame("pursuit", follows, initial, 5, np.zeros((count**2, 5)), caught, -caught, 0.95, 0.2)
+
+
+def soccer() -> FiniteGame:
+    arrays = EXAMPLES["competitive"]()
+    reward, terminal = arrays["expert_reward"], arrays["terminal"]
+    return FiniteGame(
+        "soccer", arrays["transitions"], arrays["initial"], arrays["horizon"], np.zeros(reward.shape[:2]), -reward,
+        reward, 0.95, arrays["temperature"], terminal=terminal,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("game", [pursuit(), soccer()], ids=["pursuit", "soccer"])
+def test_pursuit_and_soccer_are_played_within_the_bounds_and_with_little_regret(game: FiniteGame) -> None:
+    value, safe = soft_minimax(game)
+    features = game.expert[..., None]
+    result = GSIIRL(problem_of(game, expert_features=features)).fit(
+        expert_of(game), iterations=15, trajectories=100, progress=False
+    )
+    earned, evaluation = learner_return(game, result.policy), result.evaluate(game.expert)
+    most = game.temperature * math.log(5) * sum(game.discount**time for time in range(game.horizon))
+    best = max(evaluation.ceiling, learner_return(game, safe))
+    assert -value - 1e-6 <= best <= most - value
+    assert best - earned <= 0.01 * (best - evaluation.floor)
+    assert earned >= -value
+
+
+@pytest.mark.slow
+def test_in_the_maze_the_learner_holds_the_door_to_what_the_expert_likes_best() -> None:
+    arrays = EXAMPLES["cooperative"]()
+    game = TabularGame.from_arrays(arrays["transitions"], initial=arrays["initial"], horizon=arrays["horizon"])
+    reward, temperature = arrays["expert_reward"], arrays["temperature"]
+    problem = Problem(game, dependent_value=reward, temperature=temperature, expert_features=arrays["expert_features"])
+    expert = RespondingExpert(game, reward, temperature=temperature, discount=0.95)
+    result = GSIIRL(problem).fit(expert, iterations=15, trajectories=100, progress=False)
+    earned = result.evaluate(reward)
+    assert earned.ceiling - earned.deployed <= 0.02 * (earned.ceiling - earned.random)
+    # It begins in the middle row; the upper door leads to the cell that is worth most.
+    assert result.policy[2, 1, 0] >= 0.99

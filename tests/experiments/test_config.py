@@ -91,7 +91,7 @@ def test_maddpg_is_for_marl_only():
         CrossingConfig(solver="maddpg").resolved()
 
 
-@pytest.mark.parametrize("algorithm", ["gsiirl", "ma-irl", "marl"])
+@pytest.mark.parametrize("algorithm", ["gsiirl", "ma-irl", "lin2019", "marl"])
 def test_security_commits_to_a_policy_unless_it_is_told_otherwise(algorithm: str):
     full = SecurityConfig(algorithm=algorithm).resolved()  # pyright: ignore[reportArgumentType]
     assert (full.commitment, full.lower_level, full.explore) == ("policy", "likelihood", "informative")

@@ -24,9 +24,9 @@ class RunConfig:
     double_precision: ClassVar[bool]
     """Whether its arrays are float64."""
 
-    algorithm: Literal["gsiirl", "paper", "ma-irl", "marl"] = "gsiirl"
-    """Which algorithm learns: `gsiirl` (our preset), `paper` (the same with the paper's settings), `ma-irl`; `marl` is
-    given both true rewards."""
+    algorithm: Literal["gsiirl", "paper", "ma-irl", "lin2019", "marl"] = "gsiirl"
+    """Which algorithm learns: `gsiirl` (our preset), `paper` (the same with the paper's settings), `ma-irl`, or
+    `lin2019` (the linear programs of Lin et al.); `marl` is given both true rewards."""
     seeds: int = Field(default=10, ge=1, le=MOST_SEEDS)
     """Number of seeds."""
     first_seed: int = Field(default=0, ge=0, le=2**31 - MOST_SEEDS)

@@ -147,9 +147,14 @@ class MatchingLevel(AbstractLowerLevel[MatchingState]):
         demonstrations: Trajectories,
         key: PRNGKeyArray,
     ) -> MatchingState:
-        game, discount = self.likelihood.game, self.likelihood.discount
+        discount = self.likelihood.discount
         demonstrated = sampled_reward_gradient(self.reward, demonstrations, discount, learner_policy.dtype)
-        memory = state.memory.remember(key, Played(learner_policy, demonstrated))
+        return self.match(state, Played(learner_policy, demonstrated), key)
+
+    def match(self, state: MatchingState, played: Played, key: PRNGKeyArray) -> MatchingState:
+        """The state after an interaction of which μ̂_e is known, be it from samples or exact."""
+        game, discount = self.likelihood.game, self.likelihood.discount
+        memory = state.memory.remember(key, played)
 
         def gradient(parameters: Array) -> Array:
             each = jax.vmap(

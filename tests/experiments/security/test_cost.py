@@ -115,6 +115,16 @@ def test_memory_is_at_least_that_of_the_compiled_programs(tmp_path: Path):
         assert measured <= estimate <= 2.5 * measured
 
 
+def test_the_program_of_lin2019_takes_the_rows_of_every_joint_action_besides(tmp_path: Path):
+    """Of both rewards' weights, three times over, for each of two seeds."""
+    watching, solving = (config_of(tmp_path, star(6), seeds=2, algorithm=each) for each in ("ma-irl", "lin2019"))
+    network = solving.network()
+    edges, nodes = len(network.edge_names), len(network.node_names)
+    rows = solving.horizon * 2**6 * edges**2 * (2 * nodes + 3 * edges)
+    more = memory_needed(solving, network, 2**6, 2) - memory_needed(watching, network, 2**6, 2)
+    assert more == 8 * 3 * 2 * rows
+
+
 def test_where_nothing_tells_what_is_free_only_the_states_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(cost, "available_memory", lambda: None)
     config = config_of(tmp_path, star(14))

@@ -15,6 +15,9 @@ class ContinuousConfig(RunConfig):
 
     double_precision: ClassVar[bool] = False
 
+    algorithm: Literal["gsiirl", "paper", "ma-irl", "marl"] = "gsiirl"
+    """Which algorithm learns: `gsiirl` (our preset), `paper` (the same with the paper's settings), `ma-irl`; `marl` is
+    given both true rewards."""
     solver: Literal["pathwise", "maddpg"] = "pathwise"
     """Forward model from rewards to a joint policy: `pathwise` (both sides ascend their returns by gradients through
     the dynamics), or the paper's `maddpg`, for `marl` only."""

@@ -22,6 +22,10 @@ class GameConfig(RunConfig):
     """Which algorithm learns: `gsiirl`; `marl` is given both true rewards."""
     file: str = ""
     """The game: FILE.npz with its arrays, or FILE.py:NAME, a function that returns (Problem, true reward or expert)."""
+    preset: Literal["cooperative", "competitive", "classic"] | None = None
+    """A special case, in place of the learner's rewards in the file: `cooperative` (it earns what the expert earns),
+    `competitive` (what the expert loses), or `classic` (nothing; the expert is alone, and the file may be a Markov
+    decision process). Without FILE the preset has a game of its own: a maze, soccer, or a walk."""
     temperature: Literal["known", "unknown"] = "known"
     """Whether the learner is told the temperature that the file gives the expert."""
     lower_level: Literal["likelihood", "matching"] = "likelihood"
@@ -45,8 +49,8 @@ class GameConfig(RunConfig):
         Raises:
             InputError: fields do not go together, or no game is named.
         """
-        if not self.file:
-            raise InputError("FILE", "is missing", "give FILE.npz, or FILE.py:NAME")
+        if not self.file and self.preset is None:
+            raise InputError("FILE", "is missing", "give FILE.npz, or FILE.py:NAME, or --preset")
         has_posterior = self.lower_level == "likelihood"
         full = replace(
             self,

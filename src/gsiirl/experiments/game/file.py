@@ -2,8 +2,8 @@
 
 import runpy
 import zipfile
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,8 @@ import numpy as np
 
 from gsiirl.arguments import positive
 from gsiirl.errors import InputError
+from gsiirl.experiments.game.examples import EXAMPLES
+from gsiirl.experiments.game.preset import Preset, with_idle_learner, with_roles
 from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.front_door.saved_problem import problem_arrays, problem_from, problem_settings
 from gsiirl.games.tabular import TabularGame
@@ -62,12 +64,26 @@ class OwnGame:
             )
 
 
-def read_game(name: str, told_temperature: bool) -> OwnGame:
+def read_game(name: str, told_temperature: bool, preset: Preset | None = None) -> OwnGame:
     """The game of FILE.npz or FILE.py:NAME; the learner may not be told the temperature.
 
+    With `preset` the learner's rewards are those of a special case, and without a name the game is the preset's own.
+
     Raises:
-        InputError: there is no such file or function, or what it holds is no game.
+        InputError: there is no such file or function, or what it holds is no game, or none of the preset's.
     """
+    if preset is None:
+        return _read(name, told_temperature, lambda arrays: arrays)
+    adapted = with_idle_learner if preset == "classic" else dict[str, Any]
+    if name:
+        own = _read(name, told_temperature, adapted)
+    else:
+        example = EXAMPLES[preset]
+        own = _of_arrays(adapted(example()), example.__name__, example.__name__, told_temperature)
+    return replace(own, problem=with_roles(own.problem, own.expert_reward, preset, own.name))
+
+
+def _read(name: str, told_temperature: bool, adapted: Callable[[dict[str, Any]], dict[str, Any]]) -> OwnGame:
     path_name, _, function = name.partition(":") if ".py:" in name else (name, "", "")
     path = Path(path_name)
     with refuse_unreadable(FIELD, path, "give FILE.npz, or FILE.py:NAME"):
@@ -77,10 +93,11 @@ def read_game(name: str, told_temperature: bool) -> OwnGame:
         return _from_function(path, function, told_temperature)
     if path.suffix != ".npz":
         raise InputError(FIELD, f"{path_name} is neither .npz nor .py:NAME", "give FILE.npz, or FILE.py:NAME")
-    return _from_arrays(path, told_temperature)
+    return _of_arrays(adapted(_load(path)), str(path), path.stem, told_temperature)
 
 
-def _from_arrays(path: Path, told_temperature: bool) -> OwnGame:
+def _load(path: Path) -> dict[str, Any]:
+    """The arrays of a file, those of a game and no others."""
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays: dict[str, Any] = {name: file[name] for name in file.files}
@@ -92,12 +109,17 @@ def _from_arrays(path: Path, told_temperature: bool) -> OwnGame:
         raise InputError(f"{unknown[0]} in {path}", "is no array of a game", f"use {', '.join(REQUIRED + OPTIONAL)}")
     if missing:
         raise InputError(f"{', '.join(missing)} in {path}", "is missing", "add it with numpy.savez")
+    return arrays
+
+
+def _of_arrays(arrays: dict[str, Any], path: str, name: str, told_temperature: bool) -> OwnGame:
+    """The game of these arrays; `path` is where they are from, for errors."""
     if ("transitions" in arrays) == ("successors" in arrays and "probabilities" in arrays):
         raise InputError(
             f"transitions in {path}", "is missing, or given twice", "give it, or successors and probabilities"
         )
-    numbers = {name: _number(arrays.pop(name), f"{name} in {path}") for name in ("horizon", "temperature", "discount")
-               if name in arrays}  # fmt: skip
+    given = [each for each in ("horizon", "temperature", "discount") if each in arrays]
+    numbers = {each: _number(np.asarray(arrays.pop(each)), f"{each} in {path}") for each in given}
     transitions = arrays.get("transitions")
     pair = (arrays.get("successors"), arrays.get("probabilities"))
     horizon = numbers["horizon"]
@@ -130,7 +152,7 @@ def _from_arrays(path: Path, told_temperature: bool) -> OwnGame:
         reward_scale=None if scale is None else _number(scale, f"reward_scale in {path}"),
     )
     reward = joint_payoff("expert_reward", arrays["expert_reward"], game).dense()
-    return OwnGame(path.stem, problem, np.asarray(reward), temperature)
+    return OwnGame(name, problem, np.asarray(reward), temperature)
 
 
 def _from_function(path: Path, name: str, told_temperature: bool) -> OwnGame:

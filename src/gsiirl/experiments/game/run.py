@@ -59,7 +59,7 @@ def prepare(config: GameConfig, saved_game: Path | None = None) -> PreparedRun:
 def own_game(config: GameConfig, saved_game: Path | None) -> OwnGame:
     """The game that the configuration names, or the one that a run folder holds."""
     if saved_game is None:
-        return read_game(config.file, config.temperature == "known")
+        return read_game(config.file, config.temperature == "known", config.preset)
     return OwnGame.from_json_dict(read_versioned_json(saved_game, START_AGAIN, False), saved_game)
 
 

@@ -104,6 +104,8 @@ class SecurityConfig(RunConfig):
     """SPSA's perturbation falls as 1/(k+1) to this power; default 0.101 (paper 1)."""
     draws: int = Field(default=1, ge=1, le=10_000)
     """SPSA's directions in each iteration."""
+    violation_weight: float = Field(default=1.0, ge=0)
+    """What a deviation that pays costs the program of `lin2019`, for what one that loses gains it."""
 
     def resolved(self) -> Self:
         """The configuration with the values that a run uses where none were given.

@@ -24,6 +24,8 @@ LONG = 1.0
 """Hours that are not worth a word."""
 NUMBER = 8
 """Bytes of any other number."""
+WATCHERS = ("ma-irl", "lin2019")
+"""Algorithms that see all their demonstrations at once."""
 COMPILATION = 70.0
 """Seconds, where no compiled programs are kept from an earlier run."""
 
@@ -93,8 +95,11 @@ def memory_needed(config: SecurityConfig, network: AttackNetwork, states: int, s
     )
     # Every feature of every joint action, of one state at a time.
     features = 4 * actions**2 * (nodes + 2 * edges)
-    episodes = config.trajectories * (max(config.iterations, 1) if config.algorithm == "ma-irl" else 1)
+    episodes = config.trajectories * (max(config.iterations, 1) if config.algorithm in WATCHERS else 1)
     first_state = 2 * NUMBER * states
+    if config.algorithm == "lin2019":
+        # What every joint action adds to either side, by weight: made, copied to the program, and cut down there.
+        features += 3 * together * config.horizon * states * actions**2 * (2 * nodes + 3 * edges)
     demonstrations = episodes * (3 if config.response == "measured" else 1) * (config.horizon * STEP + first_state)
     return NUMBER * (policies * policy + features) + together * demonstrations
 
@@ -116,7 +121,7 @@ def seconds_needed(config: SecurityConfig, network: AttackNetwork, states: int) 
 
 def _held(config: SecurityConfig, policy: int, weights: int) -> Held:
     """Of the learner, and of what it hands back in the end."""
-    if config.algorithm in ("marl", "ma-irl"):
+    if config.algorithm in ("marl", *WATCHERS):
         return Held(0.0, 30.0)
     if config.commitment == "reward":
         kept = config.remembered or 1

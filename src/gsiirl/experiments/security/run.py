@@ -1,4 +1,4 @@
-"""The security experiment as the runner sees it: its four algorithms, and what is recorded of each."""
+"""The security experiment as the runner sees it: its five algorithms, and what is recorded of each."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PRNGKeyArray, PyTree
 
+from gsiirl.baselines.lin2019 import Lin2019
 from gsiirl.baselines.marl import marl
 from gsiirl.compilation import QUICKLY
 from gsiirl.equilibria import AbstractSolution, LogitSolution
@@ -28,7 +29,7 @@ from gsiirl.learners.commitment_learner import CommitmentLearner, LearnerState
 from gsiirl.learners.reward_learner import RewardGSIIRL
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios import read_network
-from gsiirl.types import Policies
+from gsiirl.types import Policies, Sides, Trajectories
 
 
 def prepare(config: SecurityConfig, saved_game: Path | None = None) -> PreparedRun:
@@ -59,7 +60,7 @@ def prepare(config: SecurityConfig, saved_game: Path | None = None) -> PreparedR
             "truth": problem.true_weights,
         },
         algorithm=_ALGORITHMS[config.algorithm](config, problem, judged),
-        iterations=0 if config.algorithm == "marl" else config.iterations,
+        iterations=0 if config.algorithm in ("marl", "lin2019") else config.iterations,
         chunk=CHUNK,
         references=lambda: problem.truth.references() | judged.yardsticks.returns,
         parameters={name: Parameters(scales.get(name, 1.0), names[name]) for name in names},
@@ -155,14 +156,11 @@ def _reward_gsiirl(
 def _ma_irl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") -> Algorithm:
     ma_irl, true_play = problem.ma_irl, _true_play(config, problem)
     scale = problem.bilevel.expert_reward.scale
-    # As many demonstrations as GSIIRL asks for in all its interactions.
-    number_of_demonstrations = config.trajectories * max(config.iterations, 1)
+    number_of_demonstrations = _shown(config)
 
     def init(key: PRNGKeyArray) -> PyTree:
         parameter_key, demonstration_key = jax.random.split(key)
-        keys = jax.random.split(demonstration_key, number_of_demonstrations)
-        demonstrations = jax.vmap(lambda one: rollout(one, problem.game, true_play.policies))(keys)
-        return ma_irl.init(parameter_key, demonstrations)
+        return ma_irl.init(parameter_key, _demonstrations(config, problem, true_play.policies, demonstration_key))
 
     def observe(state: PyTree, proposal: AbstractSolution) -> Record:
         asked = jnp.asarray(float(number_of_demonstrations))
@@ -184,6 +182,44 @@ def _ma_irl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") 
     return Algorithm(init, advance, finish)
 
 
+def _lin2019(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") -> Algorithm:
+    """Both rewards by one linear program, and the forward model under them."""
+    bilevel, true_play = problem.bilevel, _true_play(config, problem)
+    scale, rewards = bilevel.expert_reward.scale, problem.ma_irl.rewards
+    assert config.reward_bound is not None, "the configuration is not resolved"
+    program = Lin2019(
+        game=problem.game,
+        own_reward=bilevel.own_reward,
+        features=Sides(rewards.learner.features, rewards.expert.features),
+        discount=config.discount,
+        bound=config.reward_bound,
+        violation_weight=config.violation_weight,
+        zero_sum=config.variant == "zero_sum",
+    )
+
+    def init(key: PRNGKeyArray) -> PyTree:
+        # MA-IRL's demonstrations.
+        demonstrations = _demonstrations(config, problem, true_play.policies, jax.random.split(key)[1])
+        learned = program.learn(*program.estimate(demonstrations))
+        if program.zero_sum:
+            # The weights of −φ_e are those of φ_e, and blocks have none.
+            learned = Sides(jnp.pad(learned.learner, (0, problem.game.number_of_edges)), learned.expert)
+        return jax.tree.map(lambda weights: weights / scale, learned)
+
+    def finish(state: PyTree, key: PRNGKeyArray) -> Ending:
+        solution = bilevel.solve(state.learner, state.expert)
+        record = {
+            **judged(solution.policies, state.expert, scale),
+            **_solved(solution),
+            "expert_trajectories": jnp.asarray(float(_shown(config))),
+        }
+        learned = {"expert_reward": state.expert, "commitment": state.learner}
+        paths = _sample_paths(problem, solution.policies.learner, key)
+        return Ending(record, paths, learned, {}, saved(solution.policies))
+
+    return Algorithm(init, lambda state, key, first, number: (state, {}), finish)
+
+
 def _marl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") -> Algorithm:
     true_play = _true_play(config, problem)
 
@@ -197,7 +233,7 @@ def _marl(config: SecurityConfig, problem: SecurityProblem, judged: "_Judge") ->
     )
 
 
-_ALGORITHMS = {"gsiirl": _gsiirl, "paper": _gsiirl, "ma-irl": _ma_irl, "marl": _marl}
+_ALGORITHMS = {"gsiirl": _gsiirl, "paper": _gsiirl, "ma-irl": _ma_irl, "lin2019": _lin2019, "marl": _marl}
 
 
 def _true_play(config: SecurityConfig, problem: SecurityProblem) -> AbstractSolution:
@@ -208,6 +244,19 @@ def _true_play(config: SecurityConfig, problem: SecurityProblem) -> AbstractSolu
         problem_found = f"at {truth.temperature:g} the game's equilibrium is not found"
         raise InputError("temperature", problem_found, "give one nearer to the size of the rewards")
     return play
+
+
+def _shown(config: SecurityConfig) -> int:
+    """Demonstrations that those who only watch get: as many as GSIIRL asks for in all its interactions."""
+    return config.trajectories * max(config.iterations, 1)
+
+
+def _demonstrations(
+    config: SecurityConfig, problem: SecurityProblem, policies: Policies, key: PRNGKeyArray
+) -> Trajectories:
+    """Episodes of the true game, as two that know both rewards play it."""
+    keys = jax.random.split(key, _shown(config))
+    return jax.vmap(lambda one: rollout(one, problem.game, policies))(keys)
 
 
 class _Judge:

@@ -14,9 +14,13 @@ from gsiirl.report.words.algorithms import algorithm_style
 from gsiirl.report.words.numbers import format_difference, format_share
 
 DEPLOYED = "deployed_return_learner"
-ORDER = ("sharp", "marl", "marl-maddpg", "ma-irl", "paper")
+ORDER = ("sharp", "marl", "marl-maddpg", "ma-irl", "lin2019", "paper")
 """Of the rivals; all other learners come after them, and random play last."""
-NOTES = {"gsiirl": "learns by interacting", "ma-irl": "learns by watching alone"}
+NOTES = {
+    "gsiirl": "learns by interacting",
+    "ma-irl": "learns by watching alone",
+    "lin2019": "learns by watching alone, one linear program",
+}
 """Who learns how, for readers who do not know the names."""
 DASH = "\N{EN DASH}"
 

@@ -15,6 +15,7 @@ ALGORITHMS = {
     "marl": AlgorithmStyle("MARL", "#111827"),
     "marl-maddpg": AlgorithmStyle("MARL (MADDPG)", "#15803d"),
     "ma-irl": AlgorithmStyle("MA-IRL", "#d97706"),
+    "lin2019": AlgorithmStyle("LP after Lin et al. 2019", "#be185d"),
     "gsiirl": AlgorithmStyle("GSIIRL", "#2563eb"),
     "paper": AlgorithmStyle("GSIIRL, paper's preset", "#9333ea"),
 }
