@@ -21,6 +21,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import scipy.optimize
 
@@ -144,8 +146,6 @@ class Expert:
         self.world, self.answer, self.before = world, answer, None
 
     def demonstrate(self, policy: Any, number: int, key: Any) -> Trajectories:
-        import jax
-
         played = np.asarray(policy)
         source = np.random.default_rng(np.asarray(jax.random.key_data(key)).ravel().tolist())
         chances = self.answer(played, played if self.before is None else self.before)
@@ -160,7 +160,9 @@ class Expert:
             states[:, time] = here
             learner[:, time], expert[:, time] = drawn(played[time][here]), drawn(chances[time][here])
             here = drawn(self.world.transitions[here, learner[:, time], expert[:, time]])
-        return Trajectories(states, Sides(learner, expert), np.ones((number, HORIZON), bool))
+        arrays = map(jnp.asarray, (states, learner, expert, np.ones((number, HORIZON), bool)))
+        states, learner, expert, mask = arrays
+        return Trajectories(states, Sides(learner, expert), mask)
 
 
 def earned(world: World, policy: np.ndarray, answer: Answer) -> float:

@@ -56,7 +56,7 @@ def action_values(policy: np.ndarray, ahead: int, hard: bool) -> np.ndarray:
     found = np.full((HORIZON, STATES, EXPERT), -np.inf)
     for time in range(HORIZON):
         for state in LIVING:
-            for action in np.flatnonzero(EXPERT_ACTIONS[state]):
+            for action in np.flatnonzero(EXPERT_ACTIONS[state]).tolist():
                 found[time, state, action] = q(time, state, action, ahead)
     return found
 

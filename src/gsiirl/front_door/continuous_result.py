@@ -73,7 +73,7 @@ class ContinuousResult:
         history: a row an iteration: whether the policy played was one to learn from (`exploring`), the learner's
             discounted return in what was seen (`earned`), and how far the weights of r_e moved (`reward_change`, in
             reward units).
-        true_returns: what policies earn under a true r_e, given it, training steps and episodes.
+        true_returns: what policies earn under a true r_e, given it, steps of training, of judging, and episodes.
     """
 
     problem: ContinuousProblem
@@ -84,7 +84,7 @@ class ContinuousResult:
     expert_reward: LearnedTransitionReward
     dependent_reward: LearnedTransitionReward
     history: polars.DataFrame
-    true_returns: Callable[[TransitionReward, int, int], TrueReturns]
+    true_returns: Callable[[TransitionReward, int, int, int], TrueReturns]
 
     def __repr__(self) -> str:
         rounds = f"{len(self.history)} iterations of {self.trajectories}"

@@ -5,7 +5,7 @@ from typing import Any, Literal
 import numpy as np
 
 from gsiirl.errors import InputError
-from gsiirl.front_door.result import problem_arrays, problem_from, problem_settings
+from gsiirl.front_door.saved_problem import problem_arrays, problem_from, problem_settings
 from gsiirl.problems.problem import Problem
 
 Preset = Literal["cooperative", "competitive", "classic"]
