@@ -42,6 +42,7 @@ def drawn() -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(chains), np.asarray(kept)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
 def test_means_deviations_and_quantiles_are_those_of_blackjax(drawn: tuple[np.ndarray, np.ndarray], which: int) -> None:
     draws, deviation = drawn[which], np.sqrt(np.diag(RECORDED["covariance"]))

@@ -66,14 +66,12 @@ def softmax(scores: np.ndarray) -> np.ndarray:
     return raised / raised.sum(axis=-1, keepdims=True)
 
 
-def policy_by(name: str, further: tuple[float, ...] = (), sharper: float = 1.0) -> np.ndarray:
+def policy_by(name: str, further: tuple[float, ...] = ()) -> np.ndarray:
     problem = problem_of(GAME)
     with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
         expert = ConditionalLikelihood(problem.game, problem.expert_features, problem.discount)
         seen = Observed(jnp.asarray(policy_of(0)), jnp.asarray(policy_of(1)), jnp.zeros((HORIZON, STATES, EXPERT)))
-        return np.exp(
-            np.asarray(MODELS[name].log_policy(expert, jnp.asarray(sharper * WEIGHTS), jnp.asarray(further), seen))
-        )
+        return np.exp(np.asarray(MODELS[name].log_policy(expert, jnp.asarray(WEIGHTS), jnp.asarray(further), seen)))
 
 
 @pytest.mark.parametrize(
@@ -102,7 +100,7 @@ def test_lapses_are_over_allowed_actions_alone() -> None:
 
 def test_ranks_give_the_best_and_the_second_best_action_the_same_chances_everywhere() -> None:
     order = np.argsort(-action_values(policy_of(0), HORIZON, hard=True)[:, LIVING], axis=-1)
-    found = policy_by("ranks", (np.log(0.5), np.log(0.25)), sharper=1e4)[:, LIVING]
+    found = policy_by("ranks", (np.log(0.5), np.log(0.25), np.log(1e4)))[:, LIVING]
     # State 0 has two actions, the other three.
     for place, chances in ((0, [2 / 3, 1 / 3, 0.0]), (1, [4 / 7, 2 / 7, 1 / 7])):
         sorted_ones = np.take_along_axis(found[:, place], order[:, place], axis=-1)
@@ -110,7 +108,7 @@ def test_ranks_give_the_best_and_the_second_best_action_the_same_chances_everywh
 
 
 def test_ranks_draw_the_best_action_softly_and_the_second_from_what_is_left() -> None:
-    found = policy_by("ranks", (np.log(0.5), np.log(0.25)))[1, 1]
+    found = policy_by("ranks", (np.log(0.5), np.log(0.25), 0.0))[1, 1]
     first = softmax(action_values(policy_of(0), HORIZON, hard=False)[1, 1])
     wanted = np.zeros(EXPERT)
     for order in itertools.permutations(range(EXPERT)):

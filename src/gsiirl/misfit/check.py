@@ -90,8 +90,8 @@ def check_model(
     standard = -_fitted(STANDARD, expert, weights, precision, seen).fun
     found = {model: _fitted(model, expert, weights, precision, seen) for model in OTHERS}
     gains = {model: -each.fun - standard for model, each in found.items()}
-    clear = {model: gain for model, gain in gains.items() if gain >= CLEAR + model.further}
-    best = max(clear, key=lambda model: clear[model] - model.further, default=None)
+    clear = {model: gain for model, gain in gains.items() if gain >= CLEAR + len(model.further)}
+    best = max(clear, key=lambda model: clear[model] - len(model.further), default=None)
     if best is not None and p_value_of(best, expert, found[best].x[None], seen, key) < UNLIKELY:
         best = None
     table = polars.DataFrame(
@@ -156,7 +156,7 @@ def _fitted(
         value, slope = _log_posterior(model, expert, jnp.asarray(both), jnp.asarray(precision), seen)
         return -float(value), -np.asarray(slope)
 
-    start = np.concatenate([model.sharper * np.asarray(weights, float), np.full(model.further, -2.0)])
+    start = np.concatenate([np.asarray(weights, float), np.asarray(model.further)])
     return scipy.optimize.minimize(lost, start, jac=True, method="L-BFGS-B", options={"maxiter": 300})
 
 
@@ -177,9 +177,9 @@ def _log_posterior(
 
 
 def _chances(model: Model, further: np.ndarray) -> tuple[float, ...]:
-    if model.further == 1:
+    if model.name == "lapses":
         return (float(1.0 / (1.0 + np.exp(-further[0]))),)
-    if model.further == 2:
-        scores = np.exp(np.concatenate([[0.0], further]))
+    if model.name == "ranks":
+        scores = np.exp(np.concatenate([[0.0], further[:2]]))
         return tuple(float(each) for each in (scores / scores.sum())[:2])
     return ()

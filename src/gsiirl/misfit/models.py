@@ -31,13 +31,11 @@ class Observed(eqx.Module):
 
 
 class Model(NamedTuple):
-    """A model of the expert: its name, ln π_e from (θ, further parameters, one interaction), and how many of these."""
+    """A model of the expert: its name, ln π_e from (θ, further parameters, one interaction), and where these begin."""
 
     name: str
     log_policy: Callable[[ConditionalLikelihood, Array, Array, Observed], Array]
-    further: int = 0
-    sharper: float = 1.0
-    """By how much larger its weights begin than those of the soft best response."""
+    further: tuple[float, ...] = ()
 
 
 def soft(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
@@ -61,19 +59,20 @@ def lapses(expert: ConditionalLikelihood, weights: Array, further: Array, seen: 
 
 
 def ranks(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
-    """Chances of the best, the second best and any other action: softmax of (0, `further`).
+    """Chances of the best, the second best and any other action: softmax of (0, `further`[:2]).
 
     Which action is best is blurred, so that weights can be fitted by their slope: it is drawn from softmax(q), and the
-    second best from what is left. Large weights make the order sharp.
+    second best from what is left. The weights are made larger by e to `further`[2], which makes the order sharp and is
+    not held back by the prior.
     """
-    values = expert.action_values(weights, seen.learner_policy)
+    values = expert.action_values(jnp.exp(further[2]) * weights, seen.learner_policy)
     allowed = values > -1e29
     number = jnp.sum(allowed, axis=-1, keepdims=True)
     first = jax.nn.softmax(values)
     others = jnp.where(jnp.eye(values.shape[-1], dtype=bool), -1e30, values[..., None, :])
     second = jnp.sum(first[..., :, None] * jax.nn.softmax(others), axis=-2)
     rest = jnp.where(allowed, jnp.maximum(1.0 - first - second, 0.0) / jnp.maximum(number - 2, 1), 0.0)
-    chances = jax.nn.softmax(jnp.concatenate([jnp.zeros(1, weights.dtype), further]))
+    chances = jax.nn.softmax(jnp.concatenate([jnp.zeros(1, weights.dtype), further[:2]]))
     mixed = chances[0] * first
     mixed += jnp.where(number > 1, chances[1] * second, 0.0) + jnp.where(number > 2, chances[2] * rest, 0.0)
     mixed = mixed / jnp.sum(mixed, axis=-1, keepdims=True)
@@ -116,8 +115,8 @@ def boltzmann(expert: ConditionalLikelihood, weights: Array, further: Array, see
 
 STANDARD = Model("soft best response", soft)
 OTHERS = (
-    Model("lapses", lapses, 1),
-    Model("ranks", ranks, 2, sharper=4.0),
+    Model("lapses", lapses, (-2.0,)),
+    Model("ranks", ranks, (-1.0, -2.0, 1.5)),
     Model("short-sighted, 1 step", short_sighted(1)),
     Model("short-sighted, 2 steps", short_sighted(2)),
     Model("Boltzmann in Q*", boltzmann),

@@ -192,11 +192,11 @@ def test_two_runs_of_one_algorithm_carry_their_folders_names(runs: list[Path], t
 @pytest.mark.usefixtures("undrawn")
 def test_an_unknown_algorithm_is_shown_under_its_name(tmp_path: Path) -> None:
     write_run(tmp_path / "run", "marl")
-    rewrite(tmp_path / "run" / "config.json", '"marl"', '"lin2019"')
+    rewrite(tmp_path / "run" / "config.json", '"marl"', '"their-own"')
     (tmp_path / "run" / "summary.json").unlink()
     files = build_report([tmp_path / "run"], tmp_path / "out")
-    assert [row["label"] for row in table_of(files)["groups"][0]["quality"]] == ["lin2019"]
-    assert "lin2019&#39;s defender reached" in files.page.read_text()
+    assert [row["label"] for row in table_of(files)["groups"][0]["quality"]] == ["their-own"]
+    assert "their-own&#39;s defender reached" in files.page.read_text()
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -8,5 +8,5 @@ def test_listed_algorithms_have_a_colour_each() -> None:
 
 
 def test_an_unlisted_algorithm_has_its_own_name_and_stands_last() -> None:
-    assert (algorithm_style("lin2019").name, algorithm_style("lin2019").colour) == ("lin2019", OTHER_COLOUR)
-    assert sorted(["lin2019", "a", "paper", "marl"], key=algorithm_rank) == ["marl", "paper", "a", "lin2019"]
+    assert (algorithm_style("their-own").name, algorithm_style("their-own").colour) == ("their-own", OTHER_COLOUR)
+    assert sorted(["their-own", "a", "paper", "marl"], key=algorithm_rank) == ["marl", "paper", "a", "their-own"]
