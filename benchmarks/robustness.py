@@ -145,8 +145,8 @@ class Expert:
     def __init__(self, world: World, answer: Answer) -> None:
         self.world, self.answer, self.before = world, answer, None
 
-    def demonstrate(self, policy: Any, number: int, key: Any) -> Trajectories:
-        played = np.asarray(policy)
+    def demonstrate(self, learner_policy: Any, number: int, key: Any) -> Trajectories:
+        played = np.asarray(learner_policy)
         source = np.random.default_rng(np.asarray(jax.random.key_data(key)).ravel().tolist())
         chances = self.answer(played, played if self.before is None else self.before)
         self.before = played

@@ -19,6 +19,7 @@ from small_games import (
 )
 
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
+from gsiirl.misfit import models
 from gsiirl.misfit.models import OTHERS, STANDARD, Observed
 
 GAME = finite_game(3)
@@ -98,17 +99,21 @@ def test_lapses_are_over_allowed_actions_alone() -> None:
     )
 
 
-def test_ranks_give_the_best_and_the_second_best_action_the_same_chances_everywhere() -> None:
+def test_ranks_give_the_best_and_the_second_best_action_the_same_chances_everywhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(models, "SHARP", 1e4)
     order = np.argsort(-action_values(policy_of(0), HORIZON, hard=True)[:, LIVING], axis=-1)
-    found = policy_by("ranks", (np.log(0.5), np.log(0.25), np.log(1e4)))[:, LIVING]
+    found = policy_by("ranks", (np.log(0.5), np.log(0.25)))[:, LIVING]
     # State 0 has two actions, the other three.
     for place, chances in ((0, [2 / 3, 1 / 3, 0.0]), (1, [4 / 7, 2 / 7, 1 / 7])):
         sorted_ones = np.take_along_axis(found[:, place], order[:, place], axis=-1)
         np.testing.assert_allclose(sorted_ones, np.broadcast_to(chances, (HORIZON, EXPERT)), atol=1e-12)
 
 
-def test_ranks_draw_the_best_action_softly_and_the_second_from_what_is_left() -> None:
-    found = policy_by("ranks", (np.log(0.5), np.log(0.25), 0.0))[1, 1]
+def test_ranks_draw_the_best_action_softly_and_the_second_from_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(models, "SHARP", 1.0)
+    found = policy_by("ranks", (np.log(0.5), np.log(0.25)))[1, 1]
     first = softmax(action_values(policy_of(0), HORIZON, hard=False)[1, 1])
     wanted = np.zeros(EXPERT)
     for order in itertools.permutations(range(EXPERT)):

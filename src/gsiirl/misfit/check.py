@@ -151,18 +151,30 @@ def _fitted(
     model: Model, expert: ConditionalLikelihood, weights: np.ndarray, precision: float, seen: Observed
 ) -> scipy.optimize.OptimizeResult:
     """The most probable parameters under a model: `x` (m + further parameters), with minus the log-posterior `fun`."""
+    size = jnp.asarray(np.linalg.norm(weights))
 
     def lost(both: np.ndarray) -> tuple[float, np.ndarray]:
-        value, slope = _log_posterior(model, expert, jnp.asarray(both), jnp.asarray(precision), seen)
+        value, slope = _log_posterior(model, expert, jnp.asarray(both), jnp.asarray(precision), size, seen)
         return -float(value), -np.asarray(slope)
 
     start = np.concatenate([np.asarray(weights, float), np.asarray(model.further)])
-    return scipy.optimize.minimize(lost, start, jac=True, method="L-BFGS-B", options={"maxiter": 300})
+    found = scipy.optimize.minimize(lost, start, jac=True, method="L-BFGS-B", options={"maxiter": 300})
+    found.x = np.asarray(_sized(model, jnp.asarray(found.x), len(weights), size))
+    return found
+
+
+def _sized(model: Model, both: Array, m: int, size: Array) -> Array:
+    """The parameters, with weights of `size` where the model does not tell it."""
+    if not model.of_order:
+        return both
+    # Nothing is added that counts; but at 0 a norm has no slope.
+    length = jnp.sqrt(jnp.sum(both[:m] ** 2) + 1e-30)
+    return jnp.concatenate([both[:m] * size / length, both[m:]])
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
 def _log_posterior(
-    model: Model, expert: ConditionalLikelihood, both: Array, precision: Array, seen: Observed
+    model: Model, expert: ConditionalLikelihood, both: Array, precision: Array, size: Array, seen: Observed
 ) -> tuple[Array, Array]:
     m = expert.number_of_weights
 
@@ -170,6 +182,7 @@ def _log_posterior(
         return jnp.sum(each.counts * model.log_policy(expert, both[:m], both[m:], each))
 
     def value(both: Array) -> Array:
+        both = _sized(model, both, m, size)
         likelihoods = jax.lax.map(lambda each: of_one(each, both), seen, batch_size=AT_ONCE)
         return jnp.sum(likelihoods) - 0.5 * precision * jnp.sum(both[:m] ** 2)
 
@@ -180,6 +193,6 @@ def _chances(model: Model, further: np.ndarray) -> tuple[float, ...]:
     if model.name == "lapses":
         return (float(1.0 / (1.0 + np.exp(-further[0]))),)
     if model.name == "ranks":
-        scores = np.exp(np.concatenate([[0.0], further[:2]]))
+        scores = np.exp(np.concatenate([[0.0], further]))
         return tuple(float(each) for each in (scores / scores.sum())[:2])
     return ()

@@ -21,6 +21,9 @@ from jaxtyping import Array, Float
 from gsiirl.games.base import only_allowed
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 
+SHARP = 10.0
+"""By how much larger than the soft best response's the weights of `ranks` are, so that the order hardly wavers."""
+
 
 class Observed(eqx.Module):
     """What is known of interactions: the learner's policy, the one before it, and how often the expert did what."""
@@ -36,6 +39,8 @@ class Model(NamedTuple):
     name: str
     log_policy: Callable[[ConditionalLikelihood, Array, Array, Observed], Array]
     further: tuple[float, ...] = ()
+    of_order: bool = False
+    """Whether only the order of action values matters, so that the size of θ is not to be fitted."""
 
 
 def soft(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
@@ -59,20 +64,19 @@ def lapses(expert: ConditionalLikelihood, weights: Array, further: Array, seen: 
 
 
 def ranks(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
-    """Chances of the best, the second best and any other action: softmax of (0, `further`[:2]).
+    """Chances of the best, the second best and any other action: softmax of (0, `further`).
 
-    Which action is best is blurred, so that weights can be fitted by their slope: it is drawn from softmax(q), and the
-    second best from what is left. The weights are made larger by e to `further`[2], which makes the order sharp and is
-    not held back by the prior.
+    Which action is best is blurred a little, so that weights can be fitted by their slope: with weights `SHARP` times
+    as large it is drawn from softmax(q), and the second best from what is left.
     """
-    values = expert.action_values(jnp.exp(further[2]) * weights, seen.learner_policy)
+    values = expert.action_values(SHARP * weights, seen.learner_policy)
     allowed = values > -1e29
     number = jnp.sum(allowed, axis=-1, keepdims=True)
     first = jax.nn.softmax(values)
     others = jnp.where(jnp.eye(values.shape[-1], dtype=bool), -1e30, values[..., None, :])
     second = jnp.sum(first[..., :, None] * jax.nn.softmax(others), axis=-2)
     rest = jnp.where(allowed, jnp.maximum(1.0 - first - second, 0.0) / jnp.maximum(number - 2, 1), 0.0)
-    chances = jax.nn.softmax(jnp.concatenate([jnp.zeros(1, weights.dtype), further[:2]]))
+    chances = jax.nn.softmax(jnp.concatenate([jnp.zeros(1, weights.dtype), further]))
     mixed = chances[0] * first
     mixed += jnp.where(number > 1, chances[1] * second, 0.0) + jnp.where(number > 2, chances[2] * rest, 0.0)
     mixed = mixed / jnp.sum(mixed, axis=-1, keepdims=True)
@@ -116,7 +120,7 @@ def boltzmann(expert: ConditionalLikelihood, weights: Array, further: Array, see
 STANDARD = Model("soft best response", soft)
 OTHERS = (
     Model("lapses", lapses, (-2.0,)),
-    Model("ranks", ranks, (-1.0, -2.0, 1.5)),
+    Model("ranks", ranks, (-1.0, -2.0), of_order=True),
     Model("short-sighted, 1 step", short_sighted(1)),
     Model("short-sighted, 2 steps", short_sighted(2)),
     Model("Boltzmann in Q*", boltzmann),
