@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from commitment_oracle import response
@@ -10,7 +12,9 @@ from small_games import EXPERT_ACTIONS, HORIZON, JOINT, LEARNER, STATES, finite_
 
 from gsiirl.errors import InputError
 from gsiirl.front_door.result import Result
-from gsiirl.misfit.check import SOMETHING_ELSE, ModelCheck
+from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
+from gsiirl.misfit.check import SOMETHING_ELSE, ModelCheck, _discrepancies
+from gsiirl.misfit.models import STANDARD, Observed
 
 MISSING = finite_game(1, temperature=0.4)
 """Its expert's reward is that of no feature."""
@@ -94,6 +98,23 @@ def test_who_cares_for_what_no_feature_tells_is_something_else() -> None:
     told = check(lambda policy, before: response(MISSING, policy))
     assert told.named == SOMETHING_ELSE
     assert "perhaps a feature is missing" in str(told)
+
+
+def test_both_measures_of_misfit_are_the_sums_that_they_say() -> None:
+    result = result_of(with_lapses)
+    expert = ConditionalLikelihood(PROBLEM.game, PROBLEM.expert_features, PROBLEM.discount)
+    seen = Observed(*map(jnp.asarray, (result.played, result.played, result.answers)))
+    draws = jnp.asarray(WEIGHTS / GAME.temperature)[None]
+    real, simulated = _discrepancies(STANDARD, jax.tree.map(jnp.asarray, expert), draws, seen, jax.random.key(0))
+    policies = np.array([response(GAME, policy) for policy in result.played])
+    expected = result.answers.sum(axis=-1, keepdims=True) * policies
+    cells = result.answers > 0
+    deviance = 2.0 * np.sum(result.answers[cells] * np.log(result.answers[cells] / expected[cells]))
+    spread = (expected * (1.0 - policies)).sum(axis=0)
+    square = (result.answers - expected).sum(axis=0) ** 2
+    np.testing.assert_allclose(real[0], [deviance, np.sum(square[spread > 1] / spread[spread > 1])], rtol=1e-9)
+    # Lapses misfit by both, far beyond what the model makes itself.
+    assert (np.asarray(simulated[0]) < 0.5 * np.asarray(real[0])).all()
 
 
 def test_a_result_without_answers_cannot_be_checked() -> None:
