@@ -21,7 +21,7 @@ def of_version_2(group: str, limit: str) -> dict[str, str]:
     folder = f"sys/fs/cgroup{group}"
     return {
         "proc/meminfo": "MemTotal: 16000000 kB\nMemAvailable:    8000000 kB\n",
-        "proc/self/cgroup": "0::/work/run\n",
+        "proc/self/cgroup": "0::/jobs/run\n",
         f"{folder}/memory.max": limit,
         f"{folder}/memory.current": f"{3 * GIGABYTE}\n",
         f"{folder}/memory.stat": f"anon 5\ninactive_file {GIGABYTE}\n",
@@ -33,7 +33,7 @@ def test_without_limits_it_is_what_the_system_has_available(tmp_path: Path):
     assert available_memory(system(tmp_path, files)) == 8_192_000_000
 
 
-@pytest.mark.parametrize("group", ["/work/run", "/work", ""])
+@pytest.mark.parametrize("group", ["/jobs/run", "/jobs", ""])
 def test_a_limit_of_the_process_s_group_or_of_one_above_it_counts(tmp_path: Path, group: str):
     # Of 5 GB 3 are used, of which 1 is files that the system can drop.
     root = system(tmp_path, of_version_2(group, f"{5 * GIGABYTE}\n"))
@@ -41,7 +41,7 @@ def test_a_limit_of_the_process_s_group_or_of_one_above_it_counts(tmp_path: Path
 
 
 def test_a_group_without_a_limit_does_not_count(tmp_path: Path):
-    assert available_memory(system(tmp_path, of_version_2("/work/run", "max\n"))) == 8_192_000_000
+    assert available_memory(system(tmp_path, of_version_2("/jobs/run", "max\n"))) == 8_192_000_000
 
 
 def test_groups_of_the_first_version_count_too(tmp_path: Path):
@@ -57,4 +57,4 @@ def test_groups_of_the_first_version_count_too(tmp_path: Path):
 
 
 def test_more_in_use_than_the_limit_leaves_nothing(tmp_path: Path):
-    assert available_memory(system(tmp_path, of_version_2("/work/run", "1000"))) == 0
+    assert available_memory(system(tmp_path, of_version_2("/jobs/run", "1000"))) == 0

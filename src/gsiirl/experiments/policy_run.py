@@ -1,26 +1,21 @@
 """A learner that commits to a policy, as the runner sees it; shared by the finite experiments."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, PRNGKeyArray, PyTree
 
 from gsiirl.evaluation.truth import Truth, named
 from gsiirl.experiments.prepared_run import Algorithm, Ending, Record
 from gsiirl.experts.tabular_expert import AbstractTabularExpert
-from gsiirl.front_door.learned_reward import interval_of
 from gsiirl.games.rollout import rollout
 from gsiirl.interaction import Meeting, interact
 from gsiirl.learners.commitment_learner import CommitmentLearner, LearnerState
-from gsiirl.runs.learned import DETERMINED, Interval
 from gsiirl.runs.policies import DRAWS
 from gsiirl.types import Policies, Sides, Trajectories
 
 SAMPLE_PATHS = 3
-LEVEL = 0.9
-"""Probability with which the intervals of `learned.json` hold the weights."""
 
 
 def policy_algorithm(
@@ -77,26 +72,3 @@ def deployed_episodes(truth: Truth, learner_policy: Array, key: PRNGKeyArray) ->
 def saved(policies: Policies) -> dict[str, Array]:
     """A joint policy as a run folder keeps it: tables (T, S, A)."""
     return {"learner.table": policies.learner, "expert.table": policies.expert}
-
-
-def intervals_of(
-    policies: Mapping[str, Array], record: Mapping[str, Array], scale: float
-) -> dict[str, list[Interval | None]]:
-    """Intervals at `LEVEL` of every seed's weights of r_e, in reward units; empty where no draws were kept.
-
-    `policies` and `record` are what the runs of all seeds end with, `scale` the reward units of a weight of 1.
-    """
-    if DRAWS not in policies:
-        return {}
-    draws, priors = np.asarray(policies[DRAWS]), np.asarray(record["prior_deviation"])
-    return {
-        "expert_reward": [_interval(scale * each, scale * prior) for each, prior in zip(draws, priors, strict=True)]
-    }
-
-
-def _interval(draws: np.ndarray, prior: float) -> Interval | None:
-    if not np.isfinite(draws).all():
-        return None
-    low, high = interval_of(draws, LEVEL)
-    determined = draws.std(axis=0, ddof=1) <= DETERMINED * prior
-    return Interval(LEVEL, low.tolist(), high.tolist(), determined.tolist())

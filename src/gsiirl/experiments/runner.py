@@ -21,13 +21,14 @@ from gsiirl.compilation import OF_A_RUN
 from gsiirl.errors import InputError
 from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
-from gsiirl.experiments.policy_run import intervals_of
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
 from gsiirl.program.command import command
 from gsiirl.program.progress import Begun, Told, shown
 from gsiirl.runs import Checkpoint, Environment, RunFolder, clear_lock, locked, refuse_used, summarise
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.damage import START_AGAIN
+from gsiirl.runs.learned import intervals_of
+from gsiirl.runs.policies import DRAWS
 
 ANOTHER_VERSION = "it is of another version: begin the run anew in another folder"
 
@@ -201,12 +202,17 @@ def _finish(
     if ending.reward_map:
         folder.save_reward_map(_table(ending.reward_map, seeds, ()))
     if ending.learned:
+        intervals = None
+        if DRAWS in ending.policies:
+            scale = prepared.parameters["expert_reward"].scale
+            draws, priors = (np.asarray(each) for each in (ending.policies[DRAWS], ending.record["prior_deviation"]))
+            intervals = intervals_of(scale * draws, scale * priors)
         folder.save_learned(
             {name: np.asarray(value) for name, value in ending.learned.items()},
             {name: prepared.parameters[name].scale for name in ending.learned},
             {name: list(prepared.parameters[name].names) for name in ending.learned},
             np.asarray(seeds).tolist(),
-            intervals_of(ending.policies, ending.record, prepared.parameters["expert_reward"].scale),
+            {} if intervals is None else {"expert_reward": intervals},
         )
     if ending.policies:
         folder.save_policies({name: np.asarray(value) for name, value in ending.policies.items()})

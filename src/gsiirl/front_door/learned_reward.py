@@ -17,7 +17,7 @@ import polars
 from gsiirl.errors import InputError
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.rewards.linear import AbstractFeatures, IndicatorFeatures, TabularFeatures
-from gsiirl.runs.learned import DETERMINED
+from gsiirl.runs.learned import DETERMINED, quantiles, share_of_prior
 
 ALIKE = 0.25
 """By how much entries of a direction may differ from their mean, as a share of it, to be called a common constant."""
@@ -93,7 +93,7 @@ class LearnedReward(Mapping[str, float]):
         Raises:
             InputError: the reward has no posterior.
         """
-        return self.draws_for("determined").std(axis=0, ddof=1) <= DETERMINED * self.prior_deviation
+        return share_of_prior(self.draws_for("determined"), self.prior_deviation) <= DETERMINED
 
     @property
     def undetermined(self) -> list[str]:
@@ -161,8 +161,8 @@ def interval_of(draws: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray
     """
     if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
         raise InputError("level", f"cannot be {level!r}", "give a probability between 0 and 1, as 0.9")
-    low, high = np.quantile(draws, [0.5 - level / 2, 0.5 + level / 2], axis=0)
-    return np.asarray(low), np.asarray(high)
+    low, high = quantiles(draws, level)
+    return low, high
 
 
 def dense(payoff: AbstractPayoff) -> np.ndarray:

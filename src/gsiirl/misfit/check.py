@@ -63,13 +63,8 @@ class ModelCheck:
                 "other models fits better: perhaps a feature is missing."
             )
         gain = self.gains.filter(polars.col("model") == self.named)["gain"][0]
-        detail = {
-            "lapses": "it picks any action with chance {:.2g}",
-            "ranks": "it picks the best action with chance {:.2g}, the second with {:.2g}, whatever they are worth",
-            "Boltzmann in Q*": "its chances are exp(Q*/τ), with Q* the values of choosing best later on",
-            "late": "it answers the policy of the interaction before",
-        }.get(self.named, f"it is {self.named}")
-        return f"Another expert fits better by {gain:.1f} nats: {detail.format(*self.chances)}."
+        [words] = [model.words for model in OTHERS if model.name == self.named]
+        return f"Another expert fits better by {gain:.1f} nats: {words.format(*self.chances)}."
 
 
 def check_model(
@@ -103,7 +98,7 @@ def check_model(
     )
     if best is None:
         return ModelCheck(p_value, table, SOMETHING_ELSE if p_value < UNLIKELY else None, ())
-    return ModelCheck(p_value, table, best.name, _chances(best, found[best].x[len(weights) :]))
+    return ModelCheck(p_value, table, best.name, best.chances(found[best].x[len(weights) :]))
 
 
 def p_value_of(
@@ -187,12 +182,3 @@ def _log_posterior(
         return jnp.sum(likelihoods) - 0.5 * precision * jnp.sum(both[:m] ** 2)
 
     return jax.value_and_grad(value)(both)
-
-
-def _chances(model: Model, further: np.ndarray) -> tuple[float, ...]:
-    if model.name == "lapses":
-        return (float(1.0 / (1.0 + np.exp(-further[0]))),)
-    if model.name == "ranks":
-        scores = np.exp(np.concatenate([[0.0], further]))
-        return tuple(float(each) for each in (scores / scores.sum())[:2])
-    return ()

@@ -16,9 +16,11 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from gsiirl.games.base import only_allowed
+from gsiirl.equilibria.response import Response, respond_now
+from gsiirl.games.base import FORBIDDEN
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 
 SHARP = 10.0
@@ -37,8 +39,12 @@ class Model(NamedTuple):
     """A model of the expert: its name, ln π_e from (θ, further parameters, one interaction), and where these begin."""
 
     name: str
+    words: str
+    """What such an expert does, with places for its `chances`."""
     log_policy: Callable[[ConditionalLikelihood, Array, Array, Observed], Array]
     further: tuple[float, ...] = ()
+    chances: Callable[[np.ndarray], tuple[float, ...]] = lambda further: ()
+    """What the further parameters say."""
     of_order: bool = False
     """Whether only the order of action values matters, so that the size of θ is not to be fitted."""
 
@@ -56,11 +62,11 @@ def late(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Ob
 def lapses(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
     """As `soft`, with any action at chance ε = sigmoid(`further`)."""
     values = expert.action_values(weights, seen.learner_policy)
-    allowed = values > -1e29
+    allowed = values > 0.1 * FORBIDDEN
     anything = jnp.where(allowed, 1.0 / jnp.sum(allowed, axis=-1, keepdims=True), 0.0)
     chance = jax.nn.sigmoid(further[0])
     mixed = (1.0 - chance) * jax.nn.softmax(values) + chance * anything
-    return jnp.where(allowed, jnp.log(jnp.where(allowed, mixed, 1.0)), -1e30)
+    return jnp.where(allowed, jnp.log(jnp.where(allowed, mixed, 1.0)), FORBIDDEN)
 
 
 def ranks(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
@@ -70,36 +76,34 @@ def ranks(expert: ConditionalLikelihood, weights: Array, further: Array, seen: O
     as large it is drawn from softmax(q), and the second best from what is left.
     """
     values = expert.action_values(SHARP * weights, seen.learner_policy)
-    allowed = values > -1e29
+    allowed = values > 0.1 * FORBIDDEN
     number = jnp.sum(allowed, axis=-1, keepdims=True)
     first = jax.nn.softmax(values)
-    others = jnp.where(jnp.eye(values.shape[-1], dtype=bool), -1e30, values[..., None, :])
+    others = jnp.where(jnp.eye(values.shape[-1], dtype=bool), FORBIDDEN, values[..., None, :])
     second = jnp.sum(first[..., :, None] * jax.nn.softmax(others), axis=-2)
     rest = jnp.where(allowed, jnp.maximum(1.0 - first - second, 0.0) / jnp.maximum(number - 2, 1), 0.0)
     chances = jax.nn.softmax(jnp.concatenate([jnp.zeros(1, weights.dtype), further]))
     mixed = chances[0] * first
     mixed += jnp.where(number > 1, chances[1] * second, 0.0) + jnp.where(number > 2, chances[2] * rest, 0.0)
     mixed = mixed / jnp.sum(mixed, axis=-1, keepdims=True)
-    return jnp.where(allowed, jnp.log(jnp.where(allowed, jnp.maximum(mixed, 1e-30), 1.0)), -1e30)
+    return jnp.where(allowed, jnp.log(jnp.where(allowed, jnp.maximum(mixed, 1e-30), 1.0)), FORBIDDEN)
 
 
 def short_sighted(steps: int) -> Callable[[ConditionalLikelihood, Array, Array, Observed], Array]:
     """The model of an expert that looks `steps` steps ahead."""
 
     def log_policy(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
-        game, payoff = expert.game, expert.features.payoff(weights)
+        payoff = expert.features.payoff(weights)
 
-        def at(policy_now: Array, values: Array) -> Array:
-            ahead = payoff + game.continuation(values) * expert.discount
-            return only_allowed(ahead.expert_values(policy_now), game.allowed.expert)
+        def at(policy_now: Array, values: Array) -> Response:
+            return respond_now(expert.game, policy_now, payoff, 1.0, expert.discount, values)
 
         nothing = jnp.zeros(seen.learner_policy.shape[:2], weights.dtype)
-        values = jax.vmap(at)(seen.learner_policy, nothing)
+        response = jax.vmap(at)(seen.learner_policy, nothing)
         for _ in range(steps - 1):
-            after = jax.vmap(lambda each: game.alive(jax.nn.logsumexp(each, axis=-1)))(values)
-            after = jnp.concatenate([after[1:], jnp.zeros_like(after[:1])])
-            values = jax.vmap(at)(seen.learner_policy, after)
-        return jax.nn.log_softmax(values)
+            after = jnp.concatenate([response.values[1:], nothing[:1]])
+            response = jax.vmap(at)(seen.learner_policy, after)
+        return jax.nn.log_softmax(response.action_values)
 
     return log_policy
 
@@ -109,20 +113,37 @@ def boltzmann(expert: ConditionalLikelihood, weights: Array, further: Array, see
     game, payoff = expert.game, expert.features.payoff(weights)
 
     def backward(values: Array, policy_now: Array) -> tuple[Array, Array]:
-        ahead = payoff + game.continuation(values) * expert.discount
-        action_values = only_allowed(ahead.expert_values(policy_now), game.allowed.expert)
+        action_values = respond_now(game, policy_now, payoff, 1.0, expert.discount, values).action_values
         return game.alive(jnp.max(action_values, axis=-1)), jax.nn.log_softmax(action_values)
 
     nothing = jnp.zeros(seen.learner_policy.shape[1], weights.dtype)
     return jax.lax.scan(backward, nothing, seen.learner_policy, reverse=True)[1]
 
 
-STANDARD = Model("soft best response", soft)
+def _lapse(further: np.ndarray) -> tuple[float, ...]:
+    """ε."""
+    return (float(1.0 / (1.0 + np.exp(-further[0]))),)
+
+
+def _first_and_second(further: np.ndarray) -> tuple[float, ...]:
+    """The chances of the best and of the second best action."""
+    scores = np.exp(np.concatenate([[0.0], further]))
+    return tuple(float(each) for each in (scores / scores.sum())[:2])
+
+
+STANDARD = Model("soft best response", "it responds softly", soft)
 OTHERS = (
-    Model("lapses", lapses, (-2.0,)),
-    Model("ranks", ranks, (-1.0, -2.0), of_order=True),
-    Model("short-sighted, 1 step", short_sighted(1)),
-    Model("short-sighted, 2 steps", short_sighted(2)),
-    Model("Boltzmann in Q*", boltzmann),
-    Model("late", late),
+    Model("lapses", "it picks any action with chance {:.2g}", lapses, (-2.0,), _lapse),
+    Model(
+        "ranks",
+        "it picks the best action with chance {:.2g}, the second with {:.2g}, whatever they are worth",
+        ranks,
+        (-1.0, -2.0),
+        _first_and_second,
+        of_order=True,
+    ),
+    Model("short-sighted, 1 step", "it is short-sighted, 1 step", short_sighted(1)),
+    Model("short-sighted, 2 steps", "it is short-sighted, 2 steps", short_sighted(2)),
+    Model("Boltzmann in Q*", "its chances are exp(Q*/τ), with Q* the values of choosing best later on", boltzmann),
+    Model("late", "it answers the policy of the interaction before", late),
 )

@@ -15,6 +15,8 @@ from gsiirl.runs.summary import Summary
 
 DETERMINED = 0.5
 """Standard deviation of the posterior, as a share of the prior's, up to which a weight or a direction is determined."""
+LEVEL = 0.9
+"""Probability with which the intervals of `learned.json` hold the weights."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,31 @@ class Interval:
     high: list[float]
     determined: list[bool]
     """Whether the interactions determined each weight: its deviation is at most half of the prior's."""
+
+
+def intervals_of(draws: np.ndarray, priors: np.ndarray) -> list[Interval | None]:
+    """Intervals at `LEVEL` of every seed's weights, from draws of their posterior [seeds, draws, features].
+
+    Both are in reward units; `priors` [seeds] are standard deviations. None where draws are no numbers.
+    """
+    return [_interval(of_seed, prior) for of_seed, prior in zip(draws, priors, strict=True)]
+
+
+def _interval(draws: np.ndarray, prior: float) -> Interval | None:
+    if not np.isfinite(draws).all():
+        return None
+    low, high = quantiles(draws, LEVEL)
+    return Interval(LEVEL, low.tolist(), high.tolist(), (share_of_prior(draws, prior) <= DETERMINED).tolist())
+
+
+def quantiles(draws: np.ndarray, level: float, axis: int = 0) -> np.ndarray:
+    """Quantiles (1 − level)/2 and (1 + level)/2 of the draws along `axis`, which a first axis of 2 replaces."""
+    return np.quantile(draws, [0.5 - level / 2, 0.5 + level / 2], axis=axis)
+
+
+def share_of_prior(draws: np.ndarray, prior: np.ndarray | float) -> np.ndarray:
+    """Standard deviation of draws [..., draws, features] as a share of the prior's [...]."""
+    return draws.std(axis=-2, ddof=1) / np.asarray(prior)[..., None]
 
 
 @dataclass(frozen=True)

@@ -189,7 +189,8 @@ class ReportedRun:
 
 
 def _expert_draws(folder: RunFolder, learned: LearnedParameters | None, summary: Summary) -> np.ndarray | None:
-    policies = folder.load_policies()
+    # Only what has a posterior has a prior; the networks of other runs need not be read.
+    policies = folder.load_policies() if "prior_deviation" in summary.final else None
     if learned is None or policies is None or DRAWS not in policies:
         return None
     kept = [place for place, seed in enumerate(summary.seeds) if seed not in summary.failed_seeds]

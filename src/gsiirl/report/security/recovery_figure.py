@@ -11,7 +11,7 @@ from gsiirl.report.figures.style import FAINT_COLOUR, Look
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.security.recorded_graph import RecordedGraph
 from gsiirl.report.words.algorithms import algorithm_style
-from gsiirl.runs.learned import DETERMINED
+from gsiirl.runs.learned import DETERMINED, LEVEL, quantiles, share_of_prior
 
 COMMON_CONSTANT = (
     "* up to a common constant: an attacker that must attack something pays some cost every step, "
@@ -46,7 +46,7 @@ class _Series:
         if self.draws is None:
             seeds = len(self.learned)
             return np.broadcast_to(self.learned.std(axis=0, ddof=1) if seeds > 1 else 0.0, (2, len(self.true)))
-        low, high = np.quantile(self.draws, (0.05, 0.95), axis=1)
+        low, high = quantiles(self.draws, LEVEL, axis=1)
         return np.maximum([(self.learned - low).mean(axis=0), (high - self.learned).mean(axis=0)], 0.0)
 
     @property
@@ -54,7 +54,7 @@ class _Series:
         """[features]: whether most seeds determined the weight; all of them where there is no posterior."""
         if self.draws is None or self.prior is None:
             return np.ones(len(self.true), bool)
-        return np.median(self.draws.std(axis=1, ddof=1) / self.prior[:, None], axis=0) <= DETERMINED
+        return np.median(share_of_prior(self.draws, self.prior), axis=0) <= DETERMINED
 
 
 def draw_recovery(group: GameGroup, graph: RecordedGraph) -> Figure | None:
