@@ -162,7 +162,7 @@ def interval_of(draws: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray
     if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
         raise InputError("level", f"cannot be {level!r}", "give a probability between 0 and 1, as 0.9")
     low, high = quantiles(draws, level)
-    return low, high
+    return np.asarray(low), np.asarray(high)
 
 
 def dense(payoff: AbstractPayoff) -> np.ndarray:
