@@ -119,7 +119,7 @@ def _one(learner: Any, expert: Any, key: Array, iterations: int, trajectories: i
 
 
 def main() -> None:
-    """One line of JSON for a family of games."""
+    """A line of JSON for a family of games after every batch; the last one counts all runs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--temperature", type=float, default=0.4)
     parser.add_argument("--states", type=int, default=2)
@@ -146,9 +146,8 @@ def main() -> None:
         ]
         keys = jax.vmap(jax.random.key)(jnp.asarray(seeds))
         parts.append(jax.tree.map(np.asarray, lived(*stacked, keys, asked.iterations, asked.trajectories)))
-        print(f"{first + AT_ONCE - asked.first} of {asked.runs}", file=sys.stderr, flush=True)
-    found = jax.tree.map(lambda *each: np.concatenate(each), *parts)
-    print(json.dumps(vars(asked) | table(found)))
+        found = jax.tree.map(lambda *each: np.concatenate(each), *parts)
+        print(json.dumps(vars(asked) | {"done": first + AT_ONCE - asked.first} | table(found)), flush=True)
 
 
 def table(found: Found) -> dict[str, Any]:
