@@ -44,7 +44,7 @@ bench: $(STAMP)
 	$(BIN)/python -m pytest benchmarks -s -o addopts="" -o pythonpath=benchmarks
 
 lock:
-	uv pip compile pyproject.toml --extra mpe2 --group dev --universal --python-version 3.11 --generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $(LOCK)
+	uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $(LOCK)
 
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis .benchmarks
