@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 LOCK   := requirements/dev.txt
 
-.PHONY: setup demo test test-all lint check bench lock clean
+.PHONY: setup demo test test-all lint check docs docs-links bench lock clean
 
 setup: $(STAMP)
 
@@ -40,6 +40,15 @@ lint: $(STAMP)
 
 check: lint test
 
+# Runs what the pages show, then builds the site. What ran before and has not changed is not run again.
+docs: $(STAMP)
+	$(BIN)/python scripts/run_pages.py
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs docs/_build/html
+	@echo "Open docs/_build/html/index.html in a browser."
+
+docs-links: $(STAMP)
+	$(BIN)/python -m sphinx --quiet --keep-going -b linkcheck -D nb_execution_mode=off docs docs/_build/links
+
 bench: $(STAMP)
 	$(BIN)/python -m pytest benchmarks -s -o addopts="" -o pythonpath=benchmarks
 
@@ -47,4 +56,4 @@ lock:
 	uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $(LOCK)
 
 clean:
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) docs/_build .pytest_cache .ruff_cache .hypothesis .benchmarks

@@ -113,7 +113,11 @@ def difference(printed: str, said: str, *, about: bool) -> str | None:
     alike = words[0] == words[1] and (
         about or all(abs(one - other) <= ROUNDING for one, other in zip(*numbers, strict=True))
     )
-    return None if alike else f"it prints\n{textwrap.indent(printed, '    ')}and the page says\n{textwrap.indent(said, '    ')}"
+    return (
+        None
+        if alike
+        else f"it prints\n{textwrap.indent(printed, '    ')}and the page says\n{textwrap.indent(said, '    ')}"
+    )
 
 
 def faults(page: str) -> Iterator[str]:
@@ -202,7 +206,9 @@ def main(arguments: list[str] | None = None) -> int:
     # The longest first, so that none is left alone at the end.
     ordered = sorted(pages, key=lambda page: -len(steps(blocks(page.read_text()))))
     with ThreadPoolExecutor(options.jobs) as pool:
-        found = [each for wrong in pool.map(lambda page: check(page, options.cache, package), ordered) for each in wrong]
+        found = [
+            each for wrong in pool.map(lambda page: check(page, options.cache, package), ordered) for each in wrong
+        ]
     print("not run:", *not_run(pages), sep="\n  ")
     for each in found:
         print(each, file=sys.stderr)
