@@ -20,6 +20,7 @@ html_title = f"gsiirl {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_show_copyright = False
 highlight_language = "text"
 
 # Headings have the anchors that GitHub gives them.
@@ -35,7 +36,7 @@ autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88
-napoleon_use_ivar = True
+napoleon_custom_sections = [("Attributes", "params_style")]
 napoleon_use_rtype = False
 
 # A notebook is run again when it or the package changes.
