@@ -43,7 +43,7 @@ check: lint test
 # Runs what the pages show, then builds the site. What ran before and has not changed is not run again.
 docs: $(STAMP)
 	$(BIN)/python scripts/run_pages.py
-	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs docs/_build/html
+	$(BIN)/python -m sphinx --quiet --fresh-env --fail-on-warning --keep-going docs docs/_build/html
 	@echo "Open docs/_build/html/index.html in a browser."
 
 docs-links: $(STAMP)

@@ -12,7 +12,7 @@ import gsiirl
 project = "gsiirl"
 author = "The gsiirl authors"
 version = release = gsiirl.__version__
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "docstrings"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "docstrings", "self_contained"]
 exclude_patterns = ["_build"]
 
 html_theme = "furo"
