@@ -27,6 +27,7 @@ LAYERS = [
     {"front_door"},
     {"theory"},
     {"experiments"},
+    {"finished"},
     {"cli"},
     {"__main__"},
 ]
@@ -39,12 +40,17 @@ READERS = {
     "hypergradients": {"learners", "theory", "experiments"},
     "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
     "adapters": {"experiments", "cli"},
-    "runs": {"front_door", "report", "theory", "experiments", "cli"},
-    "report": {"cli"},
+    "runs": {"front_door", "report", "theory", "experiments", "finished", "cli"},
+    "report": {"finished", "cli"},
 }
 """Who may import a standalone part."""
 
-COMMANDS = {"gsiirl.experiments.commands", "gsiirl.experiments.network_commands", "gsiirl.theory.commands"}
+COMMANDS = {
+    "gsiirl.experiments.commands",
+    "gsiirl.experiments.network_commands",
+    "gsiirl.experiments.plans.commands",
+    "gsiirl.theory.commands",
+}
 """The command line's, wherever they stand: they may import what `cli` may."""
 
 SIBLINGS = [
@@ -68,6 +74,7 @@ WITHOUT_JAX = {
     "adapters",
     "cli",
     "errors",
+    "finished",
     "limits",
     "report",
     "runs",
@@ -86,9 +93,11 @@ WITHOUT_JAX_MODULES = {
     "gsiirl.experiments.network_commands",
     "gsiirl.experiments.deception.mpe2_evaluation",
     "gsiirl.experiments.plans",
+    "gsiirl.experiments.plans.commands",
     "gsiirl.experiments.plans.plan",
     "gsiirl.experiments.plans.planned_run",
     "gsiirl.experiments.plans.reproduce",
+    "gsiirl.experiments.plans.sweep",
     "gsiirl.experiments.security.changes",
     "gsiirl.experiments.security.config",
     "gsiirl.experiments.security.cost",
