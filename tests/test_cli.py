@@ -146,7 +146,8 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         (
             "secruity",
             "secruity: is no command of `gsiirl`; "
-            "choose from run, resume, network, evaluate, transfer, sweep, reproduce, ablation, theory, report, table, export, list",
+            "choose from run, resume, network, evaluate, transfer, sweep, reproduce, ablation, theory, report, table, "
+            "export, list",
         ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
@@ -559,3 +560,17 @@ def test_a_run_of_an_earlier_version_is_gone_on_with_and_told_in_one_line(
         assert main(["resume", str(folder)]) == 0
         told = f"gsiirl: {folder} was written before files carried checksums: damage to it may go unseen\n"
         assert capsys.readouterr().err == told
+
+
+@pytest.mark.parametrize("command", ["resume {}", "report {} --out {}-r", "table {}", "export {} --to csv --out {}-e"])
+def test_a_folder_of_another_format_is_refused_in_one_line_and_left_alone(
+    command: str, tmp_path: Path, refused: Message
+):
+    folder = RunFolder.create(tmp_path / "run", config_to_dict(SecurityConfig(seeds=2)), {"name": "none"}).path
+    for name in ("config.json", "game.json"):
+        content = json.loads((folder / name).read_text()) | {"format_version": 2}
+        (folder / name).write_text(json.dumps({key: value for key, value in content.items() if key != "checksum"}))
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    line = refused(command.replace("{}", str(folder)).split())
+    assert "unknown format_version 2; this version of gsiirl reads format_version 1: use the version that wrote" in line
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
