@@ -2,6 +2,7 @@ import csv
 import struct
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,13 +63,16 @@ def test_csv_files_hold_metrics_and_weights_in_reward_units(run: Path, tmp_path:
 
 def events(folder: Path) -> list[tuple[str, int, float]]:
     """Scalars of an event file: records of TensorFlow's form, each of length, its checksum, content, its checksum."""
-    from tensorboardX.proto.event_pb2 import Event
+    from tensorboardX.proto import event_pb2
+
+    # Its classes are made when it is imported, which a type checker does not see.
+    kind: Any = vars(event_pb2)["Event"]
 
     (file,) = folder.iterdir()
     content, place, found = file.read_bytes(), 0, list[tuple[str, int, float]]()
     while place < len(content):
         (length,) = struct.unpack_from("<Q", content, place)
-        event = Event.FromString(content[place + 12 : place + 12 + length])
+        event = kind.FromString(content[place + 12 : place + 12 + length])
         found += [(value.tag, event.step, value.simple_value) for value in event.summary.value]
         place += length + 16
     return found

@@ -19,9 +19,9 @@ from jaxtyping import Array, Key, PyTree
 from gsiirl._version import __version__
 from gsiirl.compilation import OF_A_RUN
 from gsiirl.errors import InputError
-from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
+from gsiirl.program.available_memory import available_memory
 from gsiirl.program.command import command
 from gsiirl.program.progress import Begun, Told, shown
 from gsiirl.runs import Checkpoint, Environment, RunFolder, clear_lock, locked, refuse_used, summarise

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from gsiirl.errors import InputError
 from gsiirl.experiments.plans.planned_run import PlannedRun
 from gsiirl.experiments.plans.sweep import part_of, read_sweep
+from gsiirl.experiments.security.config import SecurityConfig
 
 OUT = Path("out")
 
@@ -37,6 +38,7 @@ def test_every_combination_of_listed_values_is_a_run(tmp_path):
     ]
     assert all(run.folder == OUT / name for name, run in runs.items())
     config = runs["algorithm=marl,temperature=0.1"].config
+    assert isinstance(config, SecurityConfig)
     assert (config.algorithm, config.temperature, config.graph, config.seeds) == ("marl", 0.1, "small-linear", 3)
 
 

@@ -172,8 +172,8 @@ def _pair(first: Group, second: Group) -> Pair:
     different = [name for name in first.settings if first.settings[name] != second.settings[name]]
     shared = [f"{name} {_word(value)}" for name, value in first.settings.items() if name not in different]
     (varied,) = different
-    names = [", ".join([f"{varied} {_word(group.settings[varied])}", *shared]) for group in (first, second)]
-    return Pair(*names, judge_difference(first.values, second.values))
+    one, other = (", ".join([f"{varied} {_word(group.settings[varied])}", *shared]) for group in (first, second))
+    return Pair(one, other, judge_difference(first.values, second.values))
 
 
 def _differ_in_one(first: Group, second: Group) -> bool:
