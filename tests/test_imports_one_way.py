@@ -27,6 +27,7 @@ LAYERS = [
     {"front_door"},
     {"theory"},
     {"experiments"},
+    {"pettingzoo"},
     {"cli"},
     {"__main__"},
 ]
@@ -37,9 +38,9 @@ STANDALONE = {"hypergradients", "scenarios", "adapters", "runs", "report"}
 
 READERS = {
     "hypergradients": {"learners", "theory", "experiments"},
-    "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
-    "adapters": {"experiments", "cli"},
-    "runs": {"front_door", "report", "theory", "experiments", "cli"},
+    "scenarios": {"games", "rewards", "theory", "experiments", "pettingzoo", "cli"},
+    "adapters": {"experiments", "pettingzoo", "cli"},
+    "runs": {"front_door", "report", "theory", "experiments", "pettingzoo", "cli"},
     "report": {"cli"},
 }
 """Who may import a standalone part."""
@@ -179,6 +180,8 @@ def test_a_forbidden_import_is_seen():
     assert not is_allowed("baselines", "learners")
     assert not is_allowed("learners", "evaluation")
     assert not is_allowed("equilibria", "scenarios")
+    assert not is_allowed("experiments", "pettingzoo")
+    assert not is_allowed("learners", "adapters")
     assert list(imports(ast.parse("def f():\n    from gsiirl.irl import memory"))) == ["gsiirl.irl.memory"]
 
 
