@@ -1,4 +1,7 @@
-"""The security, crossing and deception games as PettingZoo environments, and who can play in them."""
+"""The security, crossing and deception games as PettingZoo environments, and who can play in them.
+
+docs/how-to/pettingzoo.md shows how.
+"""
 
 from gsiirl.pettingzoo.against import against as against
 from gsiirl.pettingzoo.environments import parallel_env as parallel_env

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -56,7 +57,7 @@ def expert_player(folder: str | Path, seed: int | None = None) -> TablePlayer | 
 def answer_to(problem: SecurityProblem, learner_policy: np.ndarray) -> TablePlayer:
     """The true attacker's soft best response to a defender's policy (T, S, A_l)."""
     with jax.enable_x64(True):
-        table = jax.jit(problem.truth.expert_response)(jnp.asarray(learner_policy, float))
+        table = eqx.filter_jit(problem.truth.expert_response)(jnp.asarray(learner_policy, float))
     return TablePlayer(np.asarray(table), compromised_nodes(problem.game))
 
 
