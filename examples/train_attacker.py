@@ -21,6 +21,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 
 from gsiirl.equilibria.response import respond
+from gsiirl.irl.expectations import expected_return
 from gsiirl.pettingzoo import Player, against, expert_player, learned_player, run_env
 from gsiirl.types import Sides
 
@@ -41,7 +42,7 @@ def main(run: str) -> None:
     for seed in range(SEEDS):
         games = make_vec_env(environment, ENVIRONMENTS, seed=1000 * seed)
         # Episodes are short and their returns are not discounted.
-        agent = PPO("MlpPolicy", games, gamma=1.0, n_steps=250, batch_size=250, ent_coef=0.01, seed=seed, device="cpu")
+        agent = PPO("MlpPolicy", games, gamma=1.0, n_steps=50, batch_size=100, ent_coef=0.01, seed=seed, device="cpu")
         agent.learn(STEPS)
         trained.append(
             mean_return(judged, lambda seen, _, agent=agent: agent.predict(seen, deterministic=True)[0], seed)
@@ -75,11 +76,11 @@ def interval(values: Any) -> str:
 
 def best_possible(run: str, defender: Any) -> float:
     """What the best of all attackers earns against this defender on average, computed backwards from the last step."""
-    truth = run_env(run).stage.experiment.truth
+    known = run_env(run).game
     with jax.enable_x64(True):
         policy = jnp.asarray(defender.table)
-        best = eqx.filter_jit(respond)(truth.game, policy, truth.rewards.expert, 1e-6, 1.0).policy
-        return float(truth.returns(Sides(policy, best)).expert)
+        best = eqx.filter_jit(respond)(known.game, policy, known.rewards.expert, 1e-6, 1.0).policy
+        return float(expected_return(known.game, known.rewards.expert, Sides(policy, best), 1.0))
 
 
 if __name__ == "__main__":

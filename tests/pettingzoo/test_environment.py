@@ -1,6 +1,7 @@
 """Environments keep PettingZoo's rules, and pay and do what the package's own games and rewards say."""
 
 import warnings
+from copy import deepcopy
 from functools import cache, partial
 from typing import Any
 
@@ -14,6 +15,7 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.pettingzoo import parallel_env
 from gsiirl.pettingzoo.environment import GameEnv
+from gsiirl.pettingzoo.stage import stage
 from gsiirl.scenarios import random_network
 from gsiirl.types import Sides, Transition
 
@@ -151,9 +153,9 @@ def test_attacks_succeed_as_often_as_the_network_says():
 @pytest.mark.parametrize("experiment", ["crossing", "deception"])
 def test_continuous_games_do_and_pay_what_the_packages_own_steps_and_rewards_do(experiment: str):
     env = environment(experiment)
-    made = env.stage.experiment
-    assert isinstance(made, ContinuousExperiment)
-    game, rewards, names = made.problem.game, made.true_rewards, env.stage.agents
+    made = stage(experiment, SETTINGS[experiment])
+    assert isinstance(made.experiment, ContinuousExperiment)
+    game, rewards, names = made.experiment.problem.game, made.experiment.true_rewards, made.agents
     random = np.random.default_rng(0)
     for seed in range(5):
         env.reset(seed=seed)
@@ -206,6 +208,25 @@ def test_an_action_of_another_space_is_refused(experiment: str, actions: dict[st
     env.reset(seed=0)
     with pytest.raises(InputError, match=told):
         env.step(actions)
+
+
+@each_game
+def test_a_copy_goes_on_as_its_original_does(experiment: str):
+    env, random = environment(experiment), np.random.default_rng(0)
+    env.reset(seed=5)
+    env.step(random_actions(env, random))
+    # Libraries copy environments where JAX's default precision holds.
+    with jax.enable_x64(False):
+        copy = deepcopy(env)
+    while env.agents:
+        actions = random_actions(env, random)
+        (seen, rewards, *_), (copied_seen, copied_rewards, *_) = env.step(actions), copy.step(actions)
+        assert rewards == copied_rewards
+        for agent in env.possible_agents:
+            np.testing.assert_array_equal(seen[agent], copied_seen[agent])
+    assert copy.agents == []
+    agent = env.possible_agents[0]
+    np.testing.assert_array_equal(env.reset()[0][agent], copy.reset()[0][agent])
 
 
 def test_gsiirl_knows_the_part_by_name():

@@ -1,5 +1,6 @@
 """An environment takes an experiment's settings, and says in one line what it cannot take."""
 
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -31,13 +32,15 @@ def test_what_it_cannot_be_is_told_in_one_line(experiment: str, settings: dict[s
     assert "\n" not in str(caught.value)
 
 
-def test_without_pettingzoo_the_command_that_installs_it_is_told(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(sys.modules, "pettingzoo", None)
-    with pytest.raises(InputError) as caught:
-        parallel_env("crossing")
-    assert str(caught.value) == (
-        f"gsiirl.pettingzoo: pettingzoo is not installed; run {installing('pettingzoo>=1.24')}"
+def test_without_pettingzoo_the_command_that_installs_it_is_told():
+    code = (
+        "import sys; sys.modules |= dict.fromkeys(['pettingzoo', 'gymnasium'])\n"
+        "from gsiirl.pettingzoo import parallel_env\n"
+        "parallel_env('crossing')"
     )
+    finished = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    told = f"gsiirl.pettingzoo: pettingzoo is not installed; run {installing('pettingzoo>=1.24')}"
+    assert finished.stderr.splitlines()[-1] == f"gsiirl.errors.InputError: {told}"
 
 
 def test_settings_make_the_game():

@@ -10,22 +10,23 @@ from pettingzoo_runs import continuous_run, security_run
 
 from gsiirl.errors import InputError
 from gsiirl.experiments.crossing.config import CrossingConfig
+from gsiirl.experiments.security.problem import SecurityProblem
 from gsiirl.pettingzoo import expert_player, learned_player, parallel_env, responding_player
 from gsiirl.pettingzoo.players import NetworkPlayer, TablePlayer
+from gsiirl.pettingzoo.stage import stage
 
 
 def test_an_attacker_used_to_random_play_is_the_soft_best_response_to_it():
     settings: dict[str, Any] = {"nodes": 3, "edges": 4, "horizon": 3}
     player = responding_player("security", **settings)
     assert isinstance(player, TablePlayer)
-    env = parallel_env("security", **settings)
-    config, experiment = env.stage.config, env.stage.experiment
+    made = stage("security", settings)
+    assert isinstance(made.experiment, SecurityProblem)
     with jax.enable_x64(True):
-        rewards = experiment.truth.rewards  # pyright: ignore[reportAttributeAccessIssue]
-        reward = np.asarray(rewards.expert.dense())
+        reward = np.asarray(made.experiment.truth.rewards.expert.dense())
     assert reward.shape == (player.table.shape[1], 4, 4)
     # By hand, backwards: at the last step only the step's reward counts.
-    values = reward.mean(axis=1) / config.temperature  # pyright: ignore
+    values = reward.mean(axis=1) / made.experiment.truth.temperature
     expected = np.exp(values - values.max(axis=1, keepdims=True))
     np.testing.assert_allclose(player.table[-1], expected / expected.sum(axis=1, keepdims=True), atol=1e-10)
 

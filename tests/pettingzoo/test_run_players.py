@@ -20,6 +20,7 @@ from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.games.rollout import play
 from gsiirl.pettingzoo import Player, expert_player, learned_player, run_env
 from gsiirl.pettingzoo.environment import GameEnv
+from gsiirl.pettingzoo.stage import stage_of_config
 from gsiirl.runs import RunFolder
 from gsiirl.types import Sides
 
@@ -80,9 +81,9 @@ def test_networks_do_in_the_environment_what_they_do_in_the_package(
 ):
     continuous_run(tmp_path / "run", config)
     env = run_env(tmp_path / "run")
-    learner = learned_player(tmp_path / "run", env.stage.agents.learner, 1)
-    experts = learned_player(tmp_path / "run", env.stage.agents.expert, 1), expert_player(tmp_path / "run", 1)
-    made, random, earned = env.stage.experiment, np.random.default_rng(0), []
+    learner = learned_player(tmp_path / "run", env.possible_agents[0], 1)
+    experts = learned_player(tmp_path / "run", env.possible_agents[1], 1), expert_player(tmp_path / "run", 1)
+    made, random, earned = stage_of_config(config, None).experiment, np.random.default_rng(0), []
     assert isinstance(made, ContinuousExperiment)
     for expert in experts:
         seen, _ = env.reset(seed=0)
@@ -151,8 +152,8 @@ def test_the_players_of_a_real_run_earn_what_its_summary_says(config: Experiment
     run(config, tmp_path / "run", lambda *_: None)
     folder, env = RunFolder.open(tmp_path / "run"), run_env(tmp_path / "run")
     exact = config.experiment == "security"
-    learner = learned_player(tmp_path / "run", env.stage.agents.learner)
-    model, true = learned_player(tmp_path / "run", env.stage.agents.expert), expert_player(tmp_path / "run")
+    learner, model = (learned_player(tmp_path / "run", agent) for agent in env.possible_agents)
+    true = expert_player(tmp_path / "run")
     for pair, expert in (("deployed", true), ("model", model)):
         measured = returns(env, Sides(learner, expert), 300)
         assert_agree(measured, final(folder, pair, 0), np.inf if exact else 1000)

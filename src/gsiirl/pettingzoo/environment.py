@@ -14,7 +14,6 @@ from pettingzoo import ParallelEnv
 
 from gsiirl.errors import InputError
 from gsiirl.pettingzoo.playable import AbstractPlayable, Bounds
-from gsiirl.pettingzoo.stage import Stage
 from gsiirl.types import Sides
 
 
@@ -22,21 +21,37 @@ class GameEnv(ParallelEnv[str, np.ndarray, Any]):
     """A game that two agents play, the learner's side first and the expert's second, for T steps.
 
     Rewards are the true ones. An episode is never terminated: after T steps it is truncated. `reset(seed)` decides the
-    chance of this episode and of those after it.
+    chance of this episode and of those after it. `game` holds dynamics and rewards, `current` is the game's state.
     """
 
-    def __init__(self, stage: Stage) -> None:
-        self.metadata = {"name": f"gsiirl_{stage.config.experiment}", "render_modes": [], "is_parallelizable": True}
+    def __init__(self, experiment: str, agents: Sides[str], game: AbstractPlayable, double_precision: bool) -> None:
+        """The game of an experiment, for the agents of the learner's side and the expert's."""
+        self.metadata = {"name": f"gsiirl_{experiment}", "render_modes": [], "is_parallelizable": True}
         self.render_mode = None
-        self.stage = stage
-        game = stage.game
-        self.possible_agents = list(_pair(stage.agents))
+        self.game, self._double_precision = game, double_precision
+        self.current: Any = None
+        self.possible_agents = list(_pair(agents))
         self.agents: list[str] = []
         self.observation_spaces = dict(zip(self.possible_agents, map(_box, _pair(game.bounds)), strict=True))
         self.action_spaces = dict(zip(self.possible_agents, _action_spaces(game), strict=True))
         self._random, _ = np_random()
-        self._leaves, structure = jax.tree.flatten(game)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        self._leaves, structure = jax.tree.flatten(self.game)
         self._begin, self._advance = _programs(structure)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Libraries copy environments; compiled programs cannot be copied, and JAX's own arrays would lose precision.
+        made = ("_leaves", "_begin", "_advance")
+        kept = {name: value for name, value in vars(self).items() if name not in made}
+        return kept | {name: jax.tree.map(np.asarray, kept[name]) for name in ("game", "current")}
+
+    def __setstate__(self, kept: dict[str, Any]) -> None:
+        vars(self).update(kept)
+        with jax.enable_x64(self._double_precision):
+            self.game, self.current = jax.tree.map(jnp.asarray, (self.game, self.current))
+        self._prepare()
 
     def observation_space(self, agent: str) -> Space:
         return self.observation_spaces[agent]
@@ -52,7 +67,7 @@ class GameEnv(ParallelEnv[str, np.ndarray, Any]):
             self._random, _ = np_random(seed)
         self.agents, self._time = self.possible_agents[:], 0
         self._seed = self._random.integers(2**32, dtype=np.uint32)
-        with jax.enable_x64(self.stage.config.double_precision):
+        with jax.enable_x64(self._double_precision):
             self.current, seen = self._begin(self._leaves, self._seed)
         return self._by_agent(_pair(seen)), {agent: {} for agent in self.agents}
 
@@ -68,9 +83,9 @@ class GameEnv(ParallelEnv[str, np.ndarray, Any]):
             raise InputError("step", "no episode has begun, or the last one is over", "call reset first")
         chosen = [self._checked(agent, actions) for agent in self.agents]
         self._time += 1
-        horizon = self.stage.game.horizon
+        horizon = self.game.horizon
         share = np.float32(self._time) / np.float32(horizon)
-        with jax.enable_x64(self.stage.config.double_precision):
+        with jax.enable_x64(self._double_precision):
             self.current, paid, seen = self._advance(self._leaves, self._seed, self._time, share, self.current, *chosen)
         over = self._time == horizon
         steps = (

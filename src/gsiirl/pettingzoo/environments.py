@@ -38,7 +38,7 @@ def run_env(folder: str | Path) -> "GameEnv":
 def _environment(made: Stage) -> "GameEnv":
     from gsiirl.pettingzoo.environment import GameEnv
 
-    return GameEnv(made)
+    return GameEnv(made.config.experiment, made.agents, made.game, made.config.double_precision)
 
 
 def _refuse_missing() -> None:
