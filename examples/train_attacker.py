@@ -42,7 +42,7 @@ def main(run: str) -> None:
     for seed in range(SEEDS):
         games = make_vec_env(environment, ENVIRONMENTS, seed=1000 * seed)
         # Episodes are short and their returns are not discounted.
-        agent = PPO("MlpPolicy", games, gamma=1.0, n_steps=50, batch_size=100, ent_coef=0.01, seed=seed, device="cpu")
+        agent = PPO("MlpPolicy", games, gamma=1.0, n_steps=250, batch_size=250, ent_coef=0.01, seed=seed, device="cpu")
         agent.learn(STEPS)
         trained.append(
             mean_return(judged, lambda seen, _, agent=agent: agent.predict(seen, deterministic=True)[0], seed)

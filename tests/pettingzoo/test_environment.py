@@ -150,6 +150,17 @@ def test_attacks_succeed_as_often_as_the_network_says():
     assert succeeded / tries == pytest.approx(chance, abs=4 * np.sqrt(chance * (1 - chance) / tries))
 
 
+def test_an_attack_that_failed_may_succeed_when_it_is_tried_again():
+    env = environment("security")
+    [entry, *_] = np.flatnonzero(NETWORK.edge_source == NETWORK.footholds[0])
+    fell = set()
+    for seed in range(40):
+        env.reset(seed=seed)
+        held = [env.step({"defender": 7, "attacker": entry})[0]["attacker"][:-1].sum() for _ in range(6)]
+        fell.add(held.index(max(held)))
+    assert len(fell) >= 2
+
+
 @pytest.mark.parametrize("experiment", ["crossing", "deception"])
 def test_continuous_games_do_and_pay_what_the_packages_own_steps_and_rewards_do(experiment: str):
     env = environment(experiment)
