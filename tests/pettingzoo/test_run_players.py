@@ -79,10 +79,14 @@ def test_the_attacker_as_learned_is_the_runs_own_model_of_it(tmp_path: Path):
 def test_networks_do_in_the_environment_what_they_do_in_the_package(
     config: CrossingConfig | DeceptionConfig, tmp_path: Path
 ):
-    continuous_run(tmp_path / "run", config)
+    policies = continuous_run(tmp_path / "run", config).load_policies()
     env = run_env(tmp_path / "run")
     learner = learned_player(tmp_path / "run", env.possible_agents[0], 1)
     experts = learned_player(tmp_path / "run", env.possible_agents[1], 1), expert_player(tmp_path / "run", 1)
+    assert policies is not None
+    for player, name in zip((learner, *experts), ("learner", "expert", "response"), strict=True):
+        first, _ = player.policy.layers[0]  # pyright: ignore[reportAttributeAccessIssue]
+        np.testing.assert_array_equal(first, policies[f"{name}.layers.0.weight"][1])
     made, random, earned = stage_of_config(config, None).experiment, np.random.default_rng(0), []
     assert isinstance(made, ContinuousExperiment)
     for expert in experts:
@@ -114,9 +118,10 @@ def _traced(player: Any) -> Any:
 
 
 def test_the_first_seed_that_did_not_fail_plays_where_none_is_named(tmp_path: Path):
-    security_run(tmp_path / "run", failed=3, horizon=2)
-    again, named = (learned_player(tmp_path / "run", "defender", seed) for seed in (None, 4))
-    np.testing.assert_array_equal(again.table, named.table)  # pyright: ignore[reportAttributeAccessIssue]
+    folder, _ = security_run(tmp_path / "run", failed=3, horizon=2)
+    player, policies = learned_player(tmp_path / "run", "defender"), folder.load_policies()
+    assert policies is not None
+    np.testing.assert_array_equal(player.table, policies["learner.table"][1])  # pyright: ignore[reportAttributeAccessIssue]
     with pytest.raises(InputError, match=r"seed: 3 is none of .*; choose from 4"):
         learned_player(tmp_path / "run", "defender", 3)
 
