@@ -45,7 +45,20 @@ def test_the_program_of_a_continuous_game_of_ones_own_finds_what_the_cat_wants(t
 def test_the_programs_of_a_page_print_what_the_page_says(page: str, tmp_path: Path) -> None:
     program, said = programs_and_outputs(DOCS / page)
     shutil.copytree(DOCS.parent / "examples", tmp_path / "examples")
-    printed = printed_by(program, tmp_path)
+    assert_same(printed_by(program, tmp_path), said)
+
+
+@pytest.mark.slow
+def test_the_program_about_pettingzoo_prints_what_the_page_says_of_the_run_that_it_makes(tmp_path: Path) -> None:
+    page = DOCS / "how-to" / "pettingzoo.md"
+    [command] = re.findall(r"^\$ gsiirl (.*)$", page.read_text(), re.MULTILINE)
+    arguments = [sys.executable, "-m", "gsiirl", *shlex.split(command), "--quiet"]
+    subprocess.run(arguments, check=True, capture_output=True, cwd=tmp_path)
+    program, said = programs_and_outputs(page)
+    assert_same(printed_by(program, tmp_path), said)
+
+
+def assert_same(printed: str, said: str) -> None:
     # Word for word; numbers may differ by what another processor's rounding makes of them.
     assert re.sub(NUMBER, "#", printed).split() == re.sub(NUMBER, "#", said).split()
     numbers = [[float(each) for each in re.findall(NUMBER, text)] for text in (printed, said)]

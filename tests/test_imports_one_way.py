@@ -28,6 +28,7 @@ LAYERS = [
     {"theory"},
     {"experiments"},
     {"finished"},
+    {"pettingzoo"},
     {"cli"},
     {"__main__"},
 ]
@@ -38,9 +39,9 @@ STANDALONE = {"hypergradients", "scenarios", "adapters", "runs", "report"}
 
 READERS = {
     "hypergradients": {"learners", "theory", "experiments"},
-    "scenarios": {"games", "rewards", "theory", "experiments", "cli"},
-    "adapters": {"experiments", "cli"},
-    "runs": {"front_door", "report", "theory", "experiments", "finished", "cli"},
+    "scenarios": {"games", "rewards", "theory", "experiments", "pettingzoo", "cli"},
+    "adapters": {"experiments", "pettingzoo", "cli"},
+    "runs": {"front_door", "report", "theory", "experiments", "pettingzoo", "finished", "cli"},
     "report": {"finished", "cli"},
 }
 """Who may import a standalone part."""
@@ -191,6 +192,8 @@ def test_a_forbidden_import_is_seen():
     assert not is_allowed("baselines", "learners")
     assert not is_allowed("learners", "evaluation")
     assert not is_allowed("equilibria", "scenarios")
+    assert not is_allowed("experiments", "pettingzoo")
+    assert not is_allowed("learners", "adapters")
     assert list(imports(ast.parse("def f():\n    from gsiirl.irl import memory"))) == ["gsiirl.irl.memory"]
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from gsiirl import games as games
     from gsiirl import hypergradients as hypergradients
     from gsiirl import irl as irl
+    from gsiirl import pettingzoo as pettingzoo
     from gsiirl import problems as problems
     from gsiirl import rewards as rewards
     from gsiirl import scenarios as scenarios
@@ -34,6 +35,7 @@ _MODULES = (
     "games",
     "hypergradients",
     "irl",
+    "pettingzoo",
     "problems",
     "rewards",
     "scenarios",

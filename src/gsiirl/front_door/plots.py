@@ -152,7 +152,7 @@ _TITLE: dict[str, Any] = {"loc": "left", "fontsize": 10, "fontweight": "bold", "
 
 
 def _with_note(title: str, note: str) -> str:
-    return f"{title} ({note})" if note else title
+    return f"{title}\n({note})" if note else title
 
 
 def _short(name: str) -> str:
