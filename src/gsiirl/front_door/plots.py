@@ -1,6 +1,7 @@
 """Pictures of a result: what the expert wants, what was earned, how the learner commits."""
 
 from collections.abc import Sequence
+from io import BytesIO
 from typing import Any
 
 import jax
@@ -20,6 +21,15 @@ from gsiirl.types import Sides
 SHOWN = 20
 """Weights, or states and steps, that a panel has room for: the largest weights, and those that are met most."""
 LEARNED, UNDETERMINED, FAINT = "#2563eb", "#94a3b8", "#64748b"
+
+
+class NotebookFigure(Figure):
+    """A figure that belongs to no window, and that a notebook shows whatever matplotlib is set to."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = BytesIO()
+        self.savefig(buffer, format="png", dpi=100)
+        return buffer.getvalue()
 
 
 def plotted(result: Any) -> Figure:
@@ -64,8 +74,8 @@ def visited(problem: Problem, policy: np.ndarray, expert_policy: np.ndarray) -> 
 
 
 def new_figure(panels: int) -> tuple[Figure, list[Axes]]:
-    """A figure with panels in a row. It belongs to no window: a notebook shows it, `savefig` writes it."""
-    figure = Figure(figsize=(4.5 * panels, 3.6), layout="constrained")
+    """A figure with panels in a row."""
+    figure = NotebookFigure(figsize=(4.5 * panels, 3.6), layout="constrained")
     every = [figure.add_subplot(1, panels, place + 1) for place in range(panels)]
     for axes in every:
         axes.spines[["top", "right"]].set_visible(False)
