@@ -124,7 +124,8 @@ def faults(page: str) -> Iterator[str]:
     """What is wrong with a page: blocks that fail, or print something else."""
     found = blocks(page)
     for block in found:
-        if block.language in ("", "text") and COMMAND.match(block.text):
+        command = block.language in ("", "text") and COMMAND.match(block.text)
+        if command or (block.language in ("bash", "shell") and "norun" not in block.words):
             yield f"line {block.line}: a command: begin the block with ```sh, or ```sh norun"
     session = steps(found)
     if not session:

@@ -35,8 +35,8 @@ def runner(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     calls: list[tuple[object, ...]] = []
     module.__dict__.update(
         calls=calls,
-        run=lambda config, out, told=None: calls.append((config, out)),
-        resume=lambda folder, told=None: calls.append((folder,)),
+        run=lambda config, out, told=None, rows_to=None: calls.append((config, out)),
+        resume=lambda folder, told=None, rows_to=None: calls.append((folder,)),
     )
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setattr(gsiirl.experiments, "runner", module, raising=False)
@@ -85,9 +85,19 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == __version__
     assert main(["--help"]) == 0
-    assert {"run", "resume", "evaluate", "transfer", "reproduce", "theory", "report", "list"} <= set(
-        capsys.readouterr().out.split()
-    )
+    assert {
+        "run",
+        "resume",
+        "evaluate",
+        "transfer",
+        "reproduce",
+        "theory",
+        "report",
+        "list",
+        "sweep",
+        "table",
+        "export",
+    } <= set(capsys.readouterr().out.split())
     assert main(["run", "security", "--help"]) == 0
     shown = capsys.readouterr().out
     assert "--graph-seed INT" in shown
@@ -108,7 +118,7 @@ def test_what_is_said_of_a_network_is_said_once_in_a_line(
     runner: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     # The configuration reads the network of a run, and the run reads it again.
-    runner.__dict__.update(run=lambda config, out, told: [load_network(config.graph) for _ in range(2)])
+    runner.__dict__.update(run=lambda config, out, told, rows_to: [load_network(config.graph) for _ in range(2)])
     file = Path(__file__).parent / "data" / "networks" / "undirected.json"
     assert main(["run", "security", "--graph", str(file), "--out", str(tmp_path / "run")]) == 0
     [line] = [line for line in capsys.readouterr().err.splitlines() if "read as" in line]
@@ -116,7 +126,9 @@ def test_what_is_said_of_a_network_is_said_once_in_a_line(
 
 
 def test_other_warnings_are_as_python_has_them(runner: ModuleType, tmp_path: Path):
-    runner.__dict__.update(run=lambda config, out, told: warnings.warn("of another kind", UserWarning, stacklevel=1))
+    runner.__dict__.update(
+        run=lambda config, out, told, rows_to: warnings.warn("of another kind", UserWarning, stacklevel=1)
+    )
     with pytest.warns(UserWarning, match="of another kind"):
         main(["run", "security", "--out", str(tmp_path / "run")])
 
@@ -134,7 +146,8 @@ def test_flags_override_the_configuration_file(runner: ModuleType, tmp_path: Pat
         (
             "secruity",
             "secruity: is no command of `gsiirl`; "
-            "choose from run, resume, network, evaluate, transfer, reproduce, ablation, theory, report, list",
+            "choose from run, resume, network, evaluate, transfer, sweep, reproduce, ablation, theory, report, table, "
+            "export, list",
         ),
         ("rum security", "rum: is no command of `gsiirl`; did you mean run?"),
         ("--verson", "--verson: is no flag of `gsiirl`; did you mean --version?"),
@@ -256,7 +269,7 @@ def test_a_bad_configuration_file_gets_one_line(content: str, message: str, refu
 
 
 def test_bad_input_found_by_the_runner_gets_one_line(runner: ModuleType, refused: Message):
-    def run(config: SecurityConfig, out: Path, told: object) -> None:
+    def run(config: SecurityConfig, out: Path, told: object, rows_to: object) -> None:
         raise InputError("--graph", f"{config.graph} is not known", "see `gsiirl list`")
 
     runner.__dict__["run"] = run
@@ -272,7 +285,7 @@ def test_settings_that_do_not_go_together_get_one_line(refused: Message, tmp_pat
 
 
 def test_an_error_of_the_program_keeps_its_traceback(runner: ModuleType):
-    def run(config: SecurityConfig, out: Path, told: object) -> None:
+    def run(config: SecurityConfig, out: Path, told: object, rows_to: object) -> None:
         raise ValueError("a fault")
 
     runner.__dict__["run"] = run
@@ -509,7 +522,7 @@ def test_a_run_that_is_ended_by_its_cluster_is_interrupted(
 
 def test_in_quiet_the_runner_is_given_somebody_to_tell(runner: ModuleType, tmp_path: Path):
     told: list[object] = []
-    runner.__dict__["run"] = lambda config, out, told_to: told.append(told_to)
+    runner.__dict__["run"] = lambda config, out, told_to, rows_to: told.append(told_to)
     assert main(["run", "security", "--out", str(tmp_path / "run")]) == 0
     assert main(["run", "security", "--quiet", "--out", str(tmp_path / "run")]) == 0
     assert told == [None, nobody]
@@ -547,3 +560,17 @@ def test_a_run_of_an_earlier_version_is_gone_on_with_and_told_in_one_line(
         assert main(["resume", str(folder)]) == 0
         told = f"gsiirl: {folder} was written before files carried checksums: damage to it may go unseen\n"
         assert capsys.readouterr().err == told
+
+
+@pytest.mark.parametrize("command", ["resume {}", "report {} --out {}-r", "table {}", "export {} --to csv --out {}-e"])
+def test_a_folder_of_another_format_is_refused_in_one_line_and_left_alone(
+    command: str, tmp_path: Path, refused: Message
+):
+    folder = RunFolder.create(tmp_path / "run", config_to_dict(SecurityConfig(seeds=2)), {"name": "none"}).path
+    for name in ("config.json", "game.json"):
+        content = json.loads((folder / name).read_text()) | {"format_version": 2}
+        (folder / name).write_text(json.dumps({key: value for key, value in content.items() if key != "checksum"}))
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    line = refused(command.replace("{}", str(folder)).split())
+    assert "unknown format_version 2; this version of gsiirl reads format_version 1: use the version that wrote" in line
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before

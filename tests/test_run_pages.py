@@ -49,8 +49,9 @@ def test_a_shell_block_that_fails_is_a_fault() -> None:
 
 
 def test_a_command_that_is_not_marked_is_a_fault() -> None:
-    [fault] = run_pages.faults(fence("", "gsiirl list"))
-    assert "begin the block with ```sh" in fault
+    for first in ("", "text", "bash"):
+        [fault] = run_pages.faults(fence(first, "gsiirl list"))
+        assert "begin the block with ```sh" in fault
 
 
 def test_blocks_marked_norun_are_listed_and_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from gsiirl import games as games
     from gsiirl import hypergradients as hypergradients
     from gsiirl import irl as irl
+    from gsiirl import pettingzoo as pettingzoo
+    from gsiirl import problems as problems
     from gsiirl import rewards as rewards
     from gsiirl import scenarios as scenarios
     from gsiirl.experiments.loading import load as load
@@ -26,7 +28,18 @@ if TYPE_CHECKING:
     from gsiirl.learners.reward_learner import RewardGSIIRL as RewardGSIIRL
     from gsiirl.problems.problem import Problem as Problem
 
-_MODULES = ("baselines", "equilibria", "evaluation", "games", "hypergradients", "irl", "rewards", "scenarios")
+_MODULES = (
+    "baselines",
+    "equilibria",
+    "evaluation",
+    "games",
+    "hypergradients",
+    "irl",
+    "pettingzoo",
+    "problems",
+    "rewards",
+    "scenarios",
+)
 _MEMBERS = {
     "Bilevel": "gsiirl.learners.bilevel",
     "ContinuousRespondingExpert": "gsiirl.experts.continuous_expert",

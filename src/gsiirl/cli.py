@@ -10,10 +10,9 @@ import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from difflib import get_close_matches
-from pathlib import Path
-from typing import Annotated, Any, TextIO, get_args, get_type_hints
+from typing import Any, TextIO, get_args, get_type_hints
 
-from cyclopts import App, Argument, CycloptsError, Parameter, Token
+from cyclopts import App, Argument, CycloptsError, Token
 from cyclopts.exceptions import (
     CoercionError,
     MissingArgumentError,
@@ -79,12 +78,17 @@ app.command(
     help="What a finished run's learned rewards are worth where the game has changed.",
 )
 app.command(
-    "gsiirl.experiments.commands:reproduce",
+    "gsiirl.experiments.plans.commands:sweep",
+    name="sweep",
+    help="Many runs: every combination of the values that a file gives, here or on a Ray cluster.",
+)
+app.command(
+    "gsiirl.experiments.plans.commands:reproduce",
     name="reproduce",
     help="The paper's comparison: every algorithm on every game, then the report.",
 )
 app.command(
-    "gsiirl.experiments.commands:ablation",
+    "gsiirl.experiments.plans.commands:ablation",
     name="ablation",
     help="What each change of the default over the paper's preset is worth, on random attack graphs.",
 )
@@ -95,27 +99,31 @@ app.command(
     "The exit status is 1 when a measurement misses a bound that the claim sets it.",
 )
 
+app.command(
+    "gsiirl.finished.commands:report",
+    name="report",
+    help="Tables, figures and one HTML page from finished runs and from what `gsiirl theory` measured.",
+)
+app.command(
+    "gsiirl.finished.commands:table",
+    name="table",
+    help="One metric of many runs: means by the settings that differ, and which of two is higher.",
+)
+app.command(
+    "gsiirl.finished.commands:export",
+    name="export",
+    help="A run's metrics and what it learned, as CSV files or for TensorBoard.",
+)
+
+app.register_install_completion_command(
+    help="Let your shell complete commands, flags and names: adds a file, and to your shell's start a line."
+)
+
 UNWRITABLE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EPIPE}
 """Errors of an output that can take no more: it goes to a file on a full disk, or to a program that has ended."""
 
 SOON = 0.05
 """Seconds until an interruption that was lost is made again."""
-
-FOLDERS = "Folders of runs or of gsiirl theory, or folders that hold such."
-
-
-@app.command
-def report(
-    *folders: Annotated[Path, Parameter(name="DIR", metavar="DIR", help=FOLDERS)],
-    out: Annotated[Path, Parameter(metavar="DIR", help="Folder for the page, the figures and the tables.")],
-) -> None:
-    """Tables, figures and one HTML page from finished runs and from what `gsiirl theory` measured."""
-    if not folders:
-        raise InputError("DIR", "no run folder was named", "give the --out folder of at least one run")
-    from gsiirl.report import build_report
-
-    build_report(_run_folders(folders), out)
-    print(out / "index.html")
 
 
 @app.command(name="list")
@@ -246,27 +254,6 @@ def _ended_like_interrupted() -> Iterator[None]:
             timer.cancel()
         sys.unraisablehook = tell
         signal.signal(signal.SIGTERM, before)
-
-
-def _run_folders(folders: Iterable[Path]) -> list[Path]:
-    """The folders of runs and findings named, with those directly below a folder that is none itself; each once."""
-    found: dict[Path, None] = {}
-    mend = "give the --out folder of a run"
-    for folder in folders:
-        try:
-            if not folder.is_dir():
-                raise InputError(str(folder), "is no folder", mend)
-            runs = [folder] if _is_run(folder) else sorted(below for below in folder.iterdir() if _is_run(below))
-        except OSError as error:
-            raise InputError(str(folder), f"cannot be read ({error.strerror})", mend) from error
-        if not runs:
-            raise InputError(str(folder), "neither is nor holds a run folder", mend)
-        found |= dict.fromkeys(runs)
-    return list(found)
-
-
-def _is_run(folder: Path) -> bool:
-    return any((folder / name).is_file() for name in ("config.json", "theory.json"))
 
 
 def _as_input_error(error: CycloptsError) -> InputError:

@@ -23,6 +23,7 @@ from jaxtyping import Array, Float, Key, PRNGKeyArray, PyTree
 
 from gsiirl.compilation import QUICKLY
 from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.program.progress import draws
 from gsiirl.types import Interaction, Trajectories, Transition
 
 State = TypeVar("State")
@@ -166,7 +167,7 @@ def live(
     trajectories: int,
     progress: bool,
 ) -> Iterator[Round]:
-    """Round by round, with a progress bar on a terminal: the same rounds as those of `interact`.
+    """Round by round, with a progress bar on a terminal and in a notebook: the same rounds as those of `interact`.
 
     `keys` (seeds, 2) are those of the start and of the rounds. An expert that is no `AbstractExpert` is asked once a
     round and seed.
@@ -174,7 +175,7 @@ def live(
     states = _start(learner, keys[:, 0])
     habits = _greet(learner, expert, states, keys[:, 0]) if isinstance(expert, AbstractExpert) else None
     console = rich.console.Console(stderr=True)
-    with rich.progress.Progress(console=console, disable=not (progress and console.is_terminal)) as bars:
+    with rich.progress.Progress(console=console, disable=not (progress and draws(console))) as bars:
         for iteration in bars.track(range(iterations), description="learning"):
             round_keys = _round_keys(keys[:, 1], jnp.asarray(iteration))
             if isinstance(expert, AbstractExpert):

@@ -3,12 +3,15 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import polars
 import pytest
+from polars.testing import assert_frame_equal
 from problems import tiny_config
 
 from gsiirl.experiments import runner
@@ -24,6 +27,10 @@ LEARNERS = {"simple": {"explore": "estimate", "hand_back": "estimate", "starts":
 """The runner does not know what learns: quick tests take what compiles soonest."""
 
 
+TOLD: list[Mapping[str, np.ndarray]] = []
+"""What the run `finished` told of itself as it went on."""
+
+
 def bytes_of(folder: Path) -> dict[str, bytes]:
     files = [*sorted((folder / "metrics").iterdir()), *(folder / name for name in PROMISED)]
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
@@ -32,7 +39,8 @@ def bytes_of(folder: Path) -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("runs") / "whole"
-    runner.run(tiny_config(**LEARNERS["simple"]), folder)
+    TOLD.clear()
+    runner.run(tiny_config(**LEARNERS["simple"]), folder, rows_to=TOLD.append)
     return folder
 
 
@@ -45,6 +53,13 @@ def test_a_run_leaves_every_file_of_a_run_folder(finished):
     assert summary["final"]["expert_trajectories"]["mean"] == 50
     metrics = RunFolder.open(finished).metrics()
     assert metrics["iteration"].to_list() == [*range(11)] * 2
+
+
+def test_whoever_watches_a_run_is_told_its_metrics_chunk_by_chunk(finished):
+    metrics = RunFolder.open(finished).metrics()
+    assert len(TOLD) == len(list((finished / "metrics").iterdir())) > 1
+    told = polars.concat([polars.DataFrame(dict(rows)) for rows in TOLD], how="diagonal").sort("seed", "iteration")
+    assert_frame_equal(told, metrics, check_dtypes=False, check_column_order=False, check_exact=True)
 
 
 @pytest.mark.slow

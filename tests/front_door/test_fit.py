@@ -163,7 +163,12 @@ def test_the_history_has_a_row_an_iteration(learned: Result) -> None:
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(learned: Result) -> None:
-    same(fit(), learned)
+    told: list[tuple[int, dict[str, np.ndarray]]] = []
+    same(fit(callback=lambda iteration, metrics: told.append((iteration, metrics))), learned)
+    # Whoever is called back is told what the history says.
+    assert [iteration for iteration, _ in told] == learned.history["iteration"].to_list()
+    for name in told[0][1]:
+        assert [float(metrics[name][0]) for _, metrics in told] == learned.history[name].to_list()
     assert not np.array_equal(fit(seed=1).expert_reward.weights, learned.expert_reward.weights)
 
 

@@ -136,17 +136,8 @@ def _problem(config: GameConfig | SecurityConfig, path: Path) -> Problem:
         from gsiirl.experiments.game.run import own_game
 
         return own_game(config, path / "game.json").problem
-    from gsiirl.experiments.security.problem import build
+    from gsiirl.experiments.security.problem import build, told
     from gsiirl.scenarios import read_network
 
     with jax.enable_x64(True):
-        bilevel = build(config, read_network(path / "game.json", config.variant)).bilevel
-        return Problem(
-            bilevel.game,
-            own_reward=bilevel.own_reward,
-            dependent_value=bilevel.accessed,
-            discount=config.discount,
-            temperature=None if config.temperature == "unknown" else float(bilevel.temperature),
-            expert_features=bilevel.expert_reward.features,
-            dependent_features=bilevel.dependent_reward.features,
-        )
+        return told(config, build(config, read_network(path / "game.json", config.variant)))

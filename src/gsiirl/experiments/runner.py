@@ -19,9 +19,9 @@ from jaxtyping import Array, Key, PyTree
 from gsiirl._version import __version__
 from gsiirl.compilation import OF_A_RUN
 from gsiirl.errors import InputError
-from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict, config_to_dict
 from gsiirl.experiments.prepared_run import Ending, PreparedRun, Record
+from gsiirl.program.available_memory import available_memory
 from gsiirl.program.command import command
 from gsiirl.program.progress import Begun, Told, shown
 from gsiirl.runs import Checkpoint, Environment, RunFolder, clear_lock, locked, refuse_used, summarise
@@ -41,8 +41,16 @@ COPIES = 4
 """Of the state of a run, while its checkpoint is written."""
 
 
-def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
+Rows = Mapping[str, np.ndarray]
+"""Metrics as columns: `seed`, `iteration`, and one for each metric."""
+
+
+def run(
+    config: ExperimentConfig, out: Path, told: Told | None = None, rows_to: Callable[[Rows], object] | None = None
+) -> None:
     """Run an experiment into a new run folder; its progress is shown, or told to `told` instead.
+
+    `rows_to` is given the metrics of every chunk when they have been written.
 
     Raises:
         InputError: when the configuration's game or device, or the folder, cannot be used, its seeds take too much
@@ -60,11 +68,11 @@ def run(config: ExperimentConfig, out: Path, told: Told | None = None) -> None:
         refuse_used(out, content, prepared.game)
         with locked(out, "--out"):
             folder = RunFolder.create(out, content, prepared.game)
-            _go_on(folder, config, prepared, references, None, tell)
+            _go_on(folder, config, prepared, references, None, tell, rows_to)
 
 
-def resume(path: Path, told: Told | None = None) -> None:
-    """Go on with an interrupted run; a finished one is left as it is.
+def resume(path: Path, told: Told | None = None, rows_to: Callable[[Rows], object] | None = None) -> None:
+    """Go on with an interrupted run; a finished one is left as it is. See `run` for what else is told.
 
     Raises:
         InputError: when the folder holds no run that can be gone on with, or can no longer be written.
@@ -86,7 +94,7 @@ def resume(path: Path, told: Told | None = None) -> None:
         checkpoint = folder.load_checkpoint()
         _refuse_other(folder, checkpoint, config)
         prepared = _prepare(config, path / "game.json")
-        _go_on(folder, config, prepared, _references(config, prepared), checkpoint, tell)
+        _go_on(folder, config, prepared, _references(config, prepared), checkpoint, tell, rows_to)
 
 
 def _refuse_other(folder: RunFolder, checkpoint: Checkpoint | None, config: ExperimentConfig) -> None:
@@ -144,6 +152,7 @@ def _go_on(
     references: dict[str, float],
     checkpoint: Checkpoint | None,
     tell: Told,
+    rows_to: Callable[[Rows], object] | None,
 ) -> None:
     began = time.perf_counter()
     tell(0 if checkpoint is None else checkpoint.iteration, prepared.iterations)
@@ -163,18 +172,23 @@ def _go_on(
     while iteration < iterations:
         number = min(prepared.chunk, iterations - iteration)
         states, record = advance(states, jnp.asarray(iteration), number)
+        rows = _rows(record, seeds, iteration, references)
         with _written(folder):
-            folder.append_metrics(chunk, _rows(record, seeds, iteration, references))
+            folder.append_metrics(chunk, rows)
             iteration, chunk = iteration + number, chunk + 1
             folder.save_checkpoint(_stored(states), iteration, chunk)
+        if rows_to is not None:
+            rows_to(rows)
         tell(iteration, iterations)
     finish = compiled(lambda states: every(lambda seed, state: algorithm.finish(state, _keys(seed)[2]), seeds, states))
     ending = finish(states)
     with _written(folder):
-        _finish(folder, prepared, ending, seeds, chunk, references)
+        last = _finish(folder, prepared, ending, seeds, chunk, references)
         folder.write_environment(_environment(time.perf_counter() - began, checkpoint is not None))
         # Last: a run with a summary is over.
         folder.write_summary(summarise(folder.config, folder.metrics(), completed=True))
+    if rows_to is not None:
+        rows_to(last)
 
 
 def _written(folder: RunFolder) -> AbstractContextManager[None]:
@@ -194,10 +208,11 @@ def over_seeds(together: int | None, function: Callable[..., PyTree], seeds: Arr
 
 def _finish(
     folder: RunFolder, prepared: PreparedRun, ending: Ending, seeds: Array, chunk: int, references: dict[str, float]
-) -> None:
-    """Write the last iteration's row, sample paths, what was learned, and the policies."""
+) -> Rows:
+    """Write the last iteration's row, which is returned, sample paths, what was learned, and the policies."""
     record = {name: value[:, None] for name, value in ending.record.items()}
-    folder.append_metrics(chunk, _rows(record, seeds, prepared.iterations, references))
+    rows = _rows(record, seeds, prepared.iterations, references)
+    folder.append_metrics(chunk, rows)
     folder.save_paths(_table(ending.paths, seeds, ("trajectory", "step")))
     if ending.reward_map:
         folder.save_reward_map(_table(ending.reward_map, seeds, ()))
@@ -216,6 +231,7 @@ def _finish(
         )
     if ending.policies:
         folder.save_policies({name: np.asarray(value) for name, value in ending.policies.items()})
+    return rows
 
 
 def _keys(seed: Array) -> Key[Array, " 3"]:

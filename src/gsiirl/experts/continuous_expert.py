@@ -80,6 +80,9 @@ class ContinuousRespondingExpert(AbstractExpert[Habits]):
             expert_steps=1,
         )
 
+    def __repr__(self) -> str:
+        return f"ContinuousRespondingExpert({self.solver.game!r}, {self.steps} steps an interaction)"
+
     def init(self, key: PRNGKeyArray, learner_policy: PolicyNetwork) -> Habits:
         """An expert that has got used to `learner_policy` from nothing."""
         start_key, response_key = jax.random.split(key)

@@ -61,6 +61,9 @@ class RespondingExpert(AbstractTabularExpert):
         self.temperature = positive("temperature", temperature)
         self.discount = discount_of(discount)
 
+    def __repr__(self) -> str:
+        return f"RespondingExpert({self.game!r}, temperature {self.temperature}, discount {self.discount})"
+
     def policy(self, learner_policy: Float[Array, "T S A_l"]) -> Float[Array, "T S A_e"]:
         """π_e = respond(π_l, r_e)."""
         return respond(self.game, learner_policy, self.reward, self.temperature, self.discount).policy
@@ -81,6 +84,9 @@ class SimulatedExpert(AbstractExpert[None]):
     reward: AbstractPayoff
     forward_model: AbstractForwardModel
     discount: float
+
+    def __repr__(self) -> str:
+        return f"SimulatedExpert({self.game!r}, {self.forward_model}, discount {self.discount})"
 
     def init(self, key: PRNGKeyArray, learner_policy: PyTree) -> None:
         return None

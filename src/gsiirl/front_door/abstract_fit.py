@@ -17,6 +17,10 @@ One = TypeVar("One")
 Many = TypeVar("Many")
 
 
+Callback = Callable[[int, dict[str, np.ndarray]], object]
+"""Who is told of every round: its number, from 1 on, and what is recorded of it, arrays of shape [seeds, ...]."""
+
+
 class Asked(NamedTuple):
     """The run that is asked for: `iterations` rounds of `trajectories` episodes, for each of the `seeds`."""
 
@@ -24,6 +28,12 @@ class Asked(NamedTuple):
     trajectories: int
     seeds: range
     progress: bool
+    callback: Callback | None = None
+
+    def tell(self, iteration: int, row: dict[str, np.ndarray]) -> None:
+        """Tell whoever asked for it of a round that is over."""
+        if self.callback is not None:
+            self.callback(iteration, dict(row))
 
     def keys(self) -> Key[Array, "seeds 3"]:
         """Each seed's keys for its start, its rounds and its end."""
@@ -44,6 +54,7 @@ class AbstractGSIIRL(abc.ABC, Generic[Expert, One, Many]):
         *,
         seeds: None = ...,
         progress: bool = ...,
+        callback: Callback | None = ...,
     ) -> One: ...
 
     @overload
@@ -56,6 +67,7 @@ class AbstractGSIIRL(abc.ABC, Generic[Expert, One, Many]):
         *,
         seeds: int,
         progress: bool = ...,
+        callback: Callback | None = ...,
     ) -> Many: ...
 
     def fit(
@@ -67,11 +79,13 @@ class AbstractGSIIRL(abc.ABC, Generic[Expert, One, Many]):
         *,
         seeds: int | None = None,
         progress: bool = True,
+        callback: Callback | None = None,
     ) -> One | Many:
         """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned.
 
         `seeds` asks for as many runs, of the seeds from `seed` on. An expert of the library is compiled; any other
-        object with `demonstrate(policy, number, key)` is called, once a round and seed.
+        object with `demonstrate(policy, number, key)` is called, once a round and seed. `callback(iteration, metrics)`
+        is called after every round with what is recorded of it: arrays by name, each with an axis of seeds.
 
         Raises:
             InputError: an argument cannot be, or a demonstration does not fit the game.
@@ -79,9 +93,11 @@ class AbstractGSIIRL(abc.ABC, Generic[Expert, One, Many]):
         number, episodes = whole_number("iterations", iterations, 1), whole_number("trajectories", trajectories, 1)
         first = whole_number("seed", seed, 0)
         several = 1 if seeds is None else whole_number("seeds", seeds, 1)
+        if callback is not None and not callable(callback):
+            raise InputError("callback", f"is {type(callback).__name__}", "give a function of a number and a dict")
         if first + several > 2**31:
             raise InputError("seed", f"cannot be {seed!r}", "give a whole number below 2147483648")
-        results = self._lived(expert, Asked(number, episodes, range(first, first + several), progress))
+        results = self._lived(expert, Asked(number, episodes, range(first, first + several), progress, callback))
         return results[0] if seeds is None else self._together(results)
 
     @abc.abstractmethod

@@ -111,6 +111,7 @@ class ContinuousGSIIRL(
             for one in live(learner, met, keys, asked.iterations, asked.trajectories, asked.progress):
                 states = one.states
                 rows.append(jax.tree.map(np.asarray, _report(learner, states)))
+                asked.tell(len(rows), rows[-1])
             assert states is not None, "there is at least one iteration"
             policies, dependent = _end(self, learner, states, keys[:, 2])
             expert_weights = np.asarray(states.expert_parameters)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -16,11 +16,15 @@ from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import InputError
 from gsiirl.evaluation.continuous_result import ContinuousEvaluation, evaluate
 from gsiirl.evaluation.true_returns import TrueReturns
+from gsiirl.front_door.html import html_of
 from gsiirl.front_door.results import AbstractResults
 from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.problems.continuous_problem import ContinuousProblem, random_steps, reward_of, single_precision
 from gsiirl.rewards.continuous import AbstractTransitionReward, TransitionReward
 from gsiirl.types import Sides, Transition
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class LearnedTransitionReward(Mapping[str, float]):
@@ -89,6 +93,19 @@ class ContinuousResult:
     def __repr__(self) -> str:
         rounds = f"{len(self.history)} iterations of {self.trajectories}"
         return f"ContinuousResult({self.problem!r}, seed {self.seed}, {rounds})"
+
+    def _repr_html_(self) -> str:
+        return html_of(self)
+
+    def plot(self) -> "Figure":
+        """A figure: the expert's weights, and what the learner earned in each iteration, discounted.
+
+        Iterations that were played to explore are left out. A notebook shows the figure;
+        `result.plot().savefig("result.png")` writes it.
+        """
+        from gsiirl.front_door.plots import plotted_continuous
+
+        return plotted_continuous(self)
 
     def act(self, state: PyTree, t: int, key: object = None) -> np.ndarray:
         """The action (A_l,) to take in `state` at step `t`, counted from 0.

@@ -148,6 +148,7 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
                 if isinstance(states.lower, LikelihoodState):
                     answers = [*answers[1 - kept :], np.asarray(states.lower.memory.kept.counts[:, 0])]
                 rows.append(jax.tree.map(np.asarray, _report(learner, states)))
+                asked.tell(len(rows), rows[-1])
             assert states is not None, "there is at least one iteration"
             ended = jax.tree.map(np.asarray, _end(learner, states, keys[:, 2]))
             draws = np.asarray(_posterior_draws(learner, states, keys[:, 2]))

@@ -3,7 +3,7 @@
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
@@ -14,6 +14,7 @@ from gsiirl.arguments import positive
 from gsiirl.commitment.objective import Commitment
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import Evaluation, evaluate
+from gsiirl.front_door.html import html_of
 from gsiirl.front_door.learned_reward import LearnedReward, interval_of
 from gsiirl.front_door.results import AbstractResults
 from gsiirl.front_door.saved_problem import problem_arrays, problem_settings
@@ -31,6 +32,9 @@ from gsiirl.runs.files.damage import refuse_unreadable
 from gsiirl.runs.files.json_file import FORMAT_VERSION, versioned, write_json
 from gsiirl.runs.files.numbers import is_sound
 from gsiirl.runs.files.table_file import write_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MEND = "save the result again"
 
@@ -123,6 +127,20 @@ class Result:
 
     def __repr__(self) -> str:
         return f"Result({self.problem!r}, seed {self.seed}, {len(self.history)} iterations of {self.trajectories})"
+
+    def _repr_html_(self) -> str:
+        return html_of(self)
+
+    def plot(self) -> "Figure":
+        """A figure: the expert's weights, what the learner earns, and how it commits itself.
+
+        Weights and the return of `policy` have 90 % intervals where there is a posterior. Returns are discounted, and
+        those that the estimate of the expert's reward expects. A notebook shows the figure;
+        `result.plot().savefig("result.png")` writes it.
+        """
+        from gsiirl.front_door.plots import plotted
+
+        return plotted(self)
 
     def act(self, state: int, t: int, key: Any) -> int:
         """The action to take in `state` at step `t`, drawn from the policy with NumPy alone.

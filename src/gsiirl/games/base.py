@@ -42,6 +42,11 @@ class AbstractTabularGame(eqx.Module):
     horizon: eqx.AbstractVar[int]
     initial: eqx.AbstractVar[Float[AnyArray, " S"]]
 
+    def __repr__(self) -> str:
+        actions = self.number_of_actions
+        sizes = f"{self.number_of_states} states, {actions.learner} x {actions.expert} actions"
+        return f"{type(self).__name__}({sizes}, {self.horizon} steps)"
+
     @property
     @abc.abstractmethod
     def number_of_actions(self) -> Sides[int]:
@@ -103,6 +108,10 @@ class AbstractContinuousGame(eqx.Module, Generic[State]):
     """
 
     horizon: eqx.AbstractVar[int]
+
+    def __repr__(self) -> str:
+        sizes = self.action_size
+        return f"{type(self).__name__}({sizes.learner} and {sizes.expert} actions, {self.horizon} steps)"
 
     @property
     @abc.abstractmethod

@@ -54,6 +54,9 @@ class ModelCheck:
     named: str | None
     chances: tuple[float, ...]
 
+    def __repr__(self) -> str:
+        return f"ModelCheck({str(self)!r})"
+
     def __str__(self) -> str:
         if self.named is None:
             return f"Nothing speaks against a soft best response (p = {self.p_value:.2g})."

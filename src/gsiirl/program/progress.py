@@ -1,11 +1,13 @@
 """How far a command is: bars on a terminal, lines in a log, nothing where it is to be quiet."""
 
+import importlib.util
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from datetime import timedelta
 
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
@@ -24,11 +26,18 @@ def nobody(done: int, of: int) -> None:
     """Told in quiet."""
 
 
+def draws(console: Console) -> bool:
+    """Whether bars can be drawn there: on a terminal, or in a notebook, for which rich needs ipywidgets."""
+    if console.is_jupyter:
+        return importlib.util.find_spec("ipywidgets") is not None
+    return console.is_terminal and not console.is_dumb_terminal
+
+
 @contextmanager
 def shown(quiet: bool = False) -> Iterator[Progress]:
     """Tasks added to what this gives are shown: as bars, or off a terminal as lines."""
     progress = Progress(TextColumn("{task.description}"), BarColumn(), _Done(), TimeElapsedColumn())
-    terminal = progress.console.is_terminal and not progress.console.is_dumb_terminal
+    terminal = draws(progress.console)
     progress.disable = quiet or not terminal
     ended = threading.Event()
     writer = threading.Thread(target=_write_lines, args=(progress, ended), daemon=True)

@@ -5,6 +5,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from problems import tiny_config
@@ -13,8 +15,9 @@ from gsiirl.errors import InputError
 from gsiirl.experiments import runner
 from gsiirl.experiments.config import config_to_dict
 from gsiirl.experiments.plans import side_by_side
-from gsiirl.experiments.plans.plan import carry_out, check_folders, failed_seeds
+from gsiirl.experiments.plans.plan import carry_out, check_folders, failed_seeds, refuse_failures
 from gsiirl.experiments.plans.planned_run import PlannedRun
+from gsiirl.experiments.plans.worker import Worker
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.runs import RunFolder, Summary
 from gsiirl.runs.files.json_file import write_json
@@ -139,14 +142,56 @@ def test_an_error_of_bad_input_comes_whole_out_of_another_process():
 
 
 @pytest.mark.slow
-def test_the_error_of_one_run_stops_the_others(tmp_path):
-    # The game of a run that goes on is saved with it, and this one's is damaged.
+@pytest.mark.usefixtures("optax_promotion")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_run_that_cannot_be_done_is_named_and_the_others_are_done(tmp_path, jobs: int):
+    # The game of a run that goes on is saved with it, and this one is none.
     first, second = planned(tmp_path)
     RunFolder.create(first.folder, config_to_dict(first.config.resolved()), {"name": "none"})
-    (first.folder / "game.json").write_text('{"format_version": 1}')
-    with pytest.raises(InputError, match="game"):
-        carry_out([first, second], jobs=2)
+    failures = carry_out([first, second], jobs)
+    assert list(failures) == [first.folder]
+    assert "game" in str(failures[first.folder])
+    assert RunFolder.open(second.folder).is_finished()
     assert not multiprocessing.active_children()
+
+
+def test_every_failure_is_said_in_a_line_and_the_last_one_is_raised(tmp_path, capsys):
+    errors = [InputError(name, "is damaged", "make another") for name in ("a", "b")]
+    with pytest.raises(InputError, match="b: is damaged; make another"):
+        refuse_failures(dict(zip([tmp_path / "a", tmp_path / "b"], errors, strict=True)))
+    assert capsys.readouterr().err == "gsiirl: a: is damaged; make another\n"
+    refuse_failures({})
+
+
+class Dying(Worker):
+    """Stands in for a worker's process: it dies of the first `times` runs it is given, then ends each at once."""
+
+    left = 0
+
+    def __init__(self, share: set[int]) -> None:
+        self.share = share
+        self.heard, self._telling = multiprocessing.Pipe()
+        self.process: Any = SimpleNamespace(kill=lambda: None, join=lambda: None)
+
+    def take(self, planned: PlannedRun) -> None:
+        if Dying.left and planned.folder.name == "marl":
+            Dying.left -= 1
+            self._telling.close()
+        else:
+            self._telling.send(None)
+
+    def end(self) -> int:
+        return -9
+
+
+@pytest.mark.parametrize(("deaths", "named"), [(0, []), (2, []), (3, ["marl"])])
+def test_a_run_whose_process_dies_is_gone_on_with_twice_and_then_named(monkeypatch, tmp_path, deaths: int, named):
+    monkeypatch.setattr(side_by_side, "Worker", Dying)
+    monkeypatch.setattr(Dying, "left", deaths)
+    failures = side_by_side.do_side_by_side(planned(tmp_path), 2, quiet=True)
+    assert [folder.name for folder in failures] == named
+    assert all("was ended 3 times (status -9)" in str(error) for error in failures.values())
+    assert Dying.left == 0
 
 
 PLAN = """
@@ -155,6 +200,7 @@ from pathlib import Path
 from gsiirl.experiments.config import load_config
 from gsiirl.experiments.plans.plan import carry_out
 from gsiirl.experiments.plans.planned_run import PlannedRun
+from gsiirl.experiments.plans.worker import Worker
 from gsiirl.experiments.security.config import SecurityConfig
 tiny = {"solver": "soft_joint", "nodes": 4, "edges": 5, "horizon": 3, "seeds": 2, "iterations": 7, "trajectories": 5}
 out = Path(sys.argv[1])

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gsiirl.experiments.config import load_config
-from gsiirl.experiments.plans.plan import carry_out, check_folders
+from gsiirl.experiments.plans.plan import carry_out, check_folders, refuse_failures
 from gsiirl.experiments.plans.planned_run import PlannedRun
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.runs import Ablation, AblationVariant
@@ -74,13 +74,15 @@ def variants() -> Iterator[tuple[AblationVariant, dict[str, Any]]]:
         yield AblationVariant(change.name, change.description), dict(fields)
 
 
-def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path, quiet: bool = False) -> None:
-    """Run every variant on every random graph, each into a run folder of its own under `out`.
+def run_ablation(
+    base: Mapping[str, Any], graph_seeds: list[int], out: Path, jobs: int = 1, quiet: bool = False
+) -> None:
+    """Run every variant on every random graph, each into a run folder of its own under `out`, `jobs` at a time.
 
     What is finished there is kept, and what was interrupted is gone on with.
 
     Raises:
-        InputError: a folder under `out` holds anything else.
+        InputError: a folder under `out` holds anything else, or a run could not be done.
     """
     ablation = Ablation(graphs=[f"graph-{seed}" for seed in graph_seeds], variants=[each for each, _ in variants()])
     planned = [
@@ -90,4 +92,4 @@ def run_ablation(base: Mapping[str, Any], graph_seeds: list[int], out: Path, qui
     ]
     check_folders(planned)
     ablation.write(out)
-    carry_out(planned, quiet=quiet)
+    refuse_failures(carry_out(planned, jobs, quiet))

@@ -1,11 +1,12 @@
 """Several runs, each into a folder of its own; what is done is kept when they are begun again."""
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict
-from gsiirl.experiments.plans.planned_run import PlannedRun, do, is_finished
+from gsiirl.experiments.plans.planned_run import PlannedRun, is_finished
 from gsiirl.program.progress import nobody
 from gsiirl.runs import RunFolder, clear_lock
 from gsiirl.runs.files.damage import refuse_unreadable
@@ -35,29 +36,48 @@ def _check_folder(folder: Path, config: ExperimentConfig) -> None:
         raise InputError("--out", f"{folder} {'holds other files' if folder.is_dir() else 'is a file'}", MEND)
 
 
-def carry_out(planned: Sequence[PlannedRun], jobs: int = 1, quiet: bool = False) -> None:
-    """Do every run that is not done yet, `jobs` at a time, going on with what was interrupted; in `quiet`, or shown.
+def carry_out(
+    planned: Sequence[PlannedRun], jobs: int = 1, quiet: bool = False, cluster: str | None = None
+) -> dict[Path, InputError]:
+    """Do every run that is not done yet, going on with what was interrupted; in `quiet`, or shown.
+
+    `jobs` runs are done at a time on this machine; or on the Ray cluster at the address `cluster`, as many as it has
+    processor cores. Returned is, by folder, why a run could not be done; the others are done all the same.
 
     Raises:
-        InputError: see `check_folders`, and `runner.run`; runs after the one concerned are not begun.
+        InputError: see `check_folders`; nothing is begun then.
     """
     check_folders(planned)
     unfinished = [each for each in planned if not is_finished(each.folder)]
     for finished in {each.folder for each in planned} - {each.folder for each in unfinished}:
         clear_lock(finished)
     if not unfinished:
-        return
+        return {}
+    if cluster is not None:
+        from gsiirl.experiments.plans.on_ray import do_on_ray
+
+        return do_on_ray(unfinished, cluster, jobs, quiet)
     if jobs > 1:
         from gsiirl.experiments.plans.side_by_side import do_side_by_side
 
-        do_side_by_side(unfinished, jobs, quiet)
-        return
-    import jax
+        return do_side_by_side(unfinished, jobs, quiet)
+    from gsiirl.experiments.plans.worker import tried
 
-    for each in unfinished:
-        do(each, nobody if quiet else None)
-        # A plan has many programs, and none is used by two runs.
-        jax.clear_caches()
+    found = {each.folder: tried(each, nobody if quiet else None) for each in unfinished}
+    return {folder: error for folder, error in found.items() if error is not None}
+
+
+def refuse_failures(failures: Mapping[Path, InputError]) -> None:
+    """Say of every run that could not be done why.
+
+    Raises:
+        InputError: the last of them; those before it are printed.
+    """
+    *others, last = [None, *failures.values()]
+    for error in others[1:]:
+        print(f"gsiirl: {error}", file=sys.stderr)
+    if last is not None:
+        raise last
 
 
 def failed_seeds(planned: Sequence[PlannedRun]) -> dict[Path, list[int]]:

@@ -8,6 +8,9 @@ from gsiirl.experiments.config import ExperimentConfig
 from gsiirl.program.progress import Told
 from gsiirl.runs import RunFolder
 
+RETRIES = 2
+"""How often a run whose process ended is gone on with before it is given up."""
+
 
 class PlannedRun(NamedTuple):
     """A configuration, and where its run is or will be."""

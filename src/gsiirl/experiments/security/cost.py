@@ -8,9 +8,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from gsiirl.errors import InputError
-from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.limits import DENSE, remembered
+from gsiirl.program.available_memory import available_memory
 from gsiirl.scenarios import AttackNetwork
 from gsiirl.scenarios.reachable import TooManyStatesError, reachable_states, starting_state
 

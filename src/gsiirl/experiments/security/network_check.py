@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from gsiirl.errors import InputError, NetworkWarning
-from gsiirl.experiments.available_memory import available_memory
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.experiments.security.cost import check_memory, memory_needed, seconds_needed
+from gsiirl.program.available_memory import available_memory
 from gsiirl.scenarios import is_own_file, load_network
 from gsiirl.scenarios.file_content import (
     EDGE,

@@ -23,6 +23,7 @@ from gsiirl.learners.bilevel import Bilevel
 from gsiirl.learners.commitment_learner import CommitmentLearner
 from gsiirl.learners.reward_learner import RewardGSIIRL
 from gsiirl.limits import remembered
+from gsiirl.problems.problem import Problem
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import Linear
 from gsiirl.scenarios.network import AttackNetwork
@@ -108,6 +109,20 @@ def build(config: SecurityConfig, network: AttackNetwork) -> SecurityProblem:
             config.discount,
         ),
         true_weights={"expert_reward": expert_weights.tolist(), "dependent_reward": dependent_weights.tolist()},
+    )
+
+
+def told(config: SecurityConfig, problem: SecurityProblem) -> Problem:
+    """What the defender is told, for `gsiirl.GSIIRL`."""
+    bilevel = problem.bilevel
+    return Problem(
+        bilevel.game,
+        own_reward=bilevel.own_reward,
+        dependent_value=bilevel.accessed,
+        discount=config.discount,
+        temperature=None if config.temperature == "unknown" else float(bilevel.temperature),
+        expert_features=bilevel.expert_reward.features,
+        dependent_features=bilevel.dependent_reward.features,
     )
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from gsiirl.experiments.available_memory import available_memory
+from gsiirl.program.available_memory import available_memory
 
 GIGABYTE = 10**9
 

@@ -1,0 +1,1 @@
+"""What can be done with finished runs: reports, tables, files for other programs."""

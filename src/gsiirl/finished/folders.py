@@ -1,0 +1,41 @@
+"""Which run folders a user means."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from gsiirl.errors import InputError
+from gsiirl.runs.files.atomic import refuse_unwritable
+
+
+def run_folders(folders: Iterable[Path]) -> list[Path]:
+    """The folders of runs and findings named, with those directly below a folder that is none itself; each once."""
+    found: dict[Path, None] = {}
+    mend = "give the --out folder of a run"
+    for folder in folders:
+        try:
+            if not folder.is_dir():
+                raise InputError(str(folder), "is no folder", mend)
+            runs = [folder] if is_run(folder) else sorted(below for below in folder.iterdir() if is_run(below))
+        except OSError as error:
+            raise InputError(str(folder), f"cannot be read ({error.strerror})", mend) from error
+        if not runs:
+            raise InputError(str(folder), "neither is nor holds a run folder", mend)
+        found |= dict.fromkeys(runs)
+    return list(found)
+
+
+def new_folder(field: str, folder: Path) -> None:
+    """Make a folder, or see that it is empty.
+
+    Raises:
+        InputError: it holds something, is a file, or cannot be made.
+    """
+    with refuse_unwritable(field, folder):
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise InputError(field, f"{folder} is not empty", "use a new or empty folder")
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+def is_run(folder: Path) -> bool:
+    """Whether it is a folder of a run, or of what `gsiirl theory` found."""
+    return any((folder / name).is_file() for name in ("config.json", "theory.json"))
