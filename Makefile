@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 LOCK   := requirements/dev.txt
 
-.PHONY: setup demo test test-all lint check docs docs-links bench lock clean
+.PHONY: setup demo test test-all lint check docs docs-links bench lock release-check clean
 
 setup: $(STAMP)
 
@@ -54,6 +54,9 @@ bench: $(STAMP)
 
 lock:
 	uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --generate-hashes --no-annotate --custom-compile-command "make lock" --output-file $(LOCK)
+
+release-check: $(STAMP)
+	sh scripts/release_check.sh
 
 clean:
 	rm -rf $(VENV) docs/_build .pytest_cache .ruff_cache .hypothesis .benchmarks

@@ -1,0 +1,49 @@
+#!/bin/sh
+# Everything that a release must pass, up to the upload, which it leaves to you. Needs uv and an hour.
+#
+# The package is built; the sdist passes its own quick tests with the lock; the wheel, installed without the lock, runs
+# a small experiment and its report on every Python it is for that is to be had, and with the lowest versions of all it needs.
+set -eu
+cd "$(dirname "$0")/.."
+PYTHONS="${PYTHONS:-3.11 3.12 3.13 3.14}"
+
+fail() { echo "release: $*" >&2; exit 1; }
+
+command -v uv >/dev/null || fail "uv is not to be found: install it"
+version="$(.venv/bin/python -c 'import gsiirl; print(gsiirl.__version__)')"
+[ -z "$(git status --porcelain)" ] || fail "the working tree holds changes: commit them"
+grep -q "^## \[$version\]" CHANGELOG.md || fail "CHANGELOG.md has no heading [$version]: give the unreleased entries one"
+! git rev-parse --quiet --verify "refs/tags/v$version" >/dev/null || fail "v$version is a tag already: raise the version"
+grep -q '^\[project.urls\]' pyproject.toml || fail "pyproject.toml has no [project.urls]: say where the repository is"
+grep -q "version: $version\$" CITATION.cff || fail "CITATION.cff is of another version than $version"
+
+work="$(mktemp -d)"
+trap 'rm -rf "$work"' EXIT
+.venv/bin/python -m hatchling build -d "$work/dist"
+sdist="$(ls "$work"/dist/*.tar.gz)" wheel="$(ls "$work"/dist/*.whl)"
+ls -lh "$work/dist"
+
+tried() { # name of the environment, then what to install it with
+    name="$1"; shift
+    uv pip install --quiet --python "$work/$name/bin/python" "$@" "gsiirl @ file://$wheel"
+    (cd "$work" && PATH="$work/$name/bin:$PATH" && gsiirl --version && gsiirl list >/dev/null \
+        && gsiirl run security --graph small-linear --seeds 2 --iterations 4 --trajectories 20 --quiet --out "run-$name" \
+        && gsiirl report "run-$name" --out "report-$name" >/dev/null && gsiirl table "run-$name" >/dev/null)
+    echo "release: the wheel works in $name"
+}
+
+for python in $PYTHONS; do
+    if uv venv --quiet --python "$python" "$work/newest-$python" 2>/dev/null; then
+        tried "newest-$python"
+    else
+        echo "release: Python $python is not to be had, and not tried"
+    fi
+done
+uv venv --quiet --python 3.11 "$work/lowest-3.11"
+tried "lowest-3.11" --resolution lowest-direct
+
+mkdir "$work/sdist"
+tar xzf "$sdist" -C "$work/sdist" --strip-components 1
+make -C "$work/sdist" test
+
+echo "release: $version can be tagged (git tag v$version) and uploaded (uv publish dist/*); build it again from the tag"
