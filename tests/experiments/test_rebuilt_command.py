@@ -32,7 +32,7 @@ def test_every_setting_is_in_the_command(
 ) -> None:
     asked: list[Any] = []
     runner = ModuleType("gsiirl.experiments.runner")
-    runner.__dict__.update(run=lambda config, out, told=None: asked.append(config.resolved()))
+    runner.__dict__.update(run=lambda config, out, told=None, rows_to=None: asked.append(config.resolved()))
     monkeypatch.setitem(sys.modules, runner.__name__, runner)
     monkeypatch.setattr(gsiirl.experiments, "runner", runner, raising=False)
     config = load_config(EXPERIMENTS[experiment], given).resolved()

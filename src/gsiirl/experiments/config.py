@@ -1,6 +1,7 @@
 """Reading a configuration: from flags and a TOML file, or back from a run's `config.json`."""
 
 import difflib
+import functools
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields, is_dataclass
@@ -28,7 +29,8 @@ def flag(field: str) -> str:
     return "--" + field.replace("_", "-")
 
 
-def field_schemas(kind: type[ExperimentConfig]) -> dict[str, dict[str, Any]]:
+@functools.cache
+def field_schemas(kind: type[ExperimentConfig]) -> Mapping[str, dict[str, Any]]:
     """Of each field its JSON schema, in order: `description`, `default`, and the values it accepts when it is set."""
     descriptions: dict[str, str] = {}
     # Pydantic takes the text below a field for its description only in the class that declares the field.

@@ -194,6 +194,21 @@ def test_a_run_whose_process_dies_is_gone_on_with_twice_and_then_named(monkeypat
     assert Dying.left == 0
 
 
+def test_what_a_process_refuses_is_named_and_not_tried_again(monkeypatch, tmp_path):
+    refused = InputError("graph", "is damaged", "make another")
+    given: list[str] = []
+
+    class Refusing(Dying):
+        def take(self, planned: PlannedRun) -> None:
+            given.append(planned.folder.name)
+            self._telling.send(refused if planned.folder.name == "marl" else None)
+
+    monkeypatch.setattr(side_by_side, "Worker", Refusing)
+    failures = side_by_side.do_side_by_side(planned(tmp_path), 2, quiet=True)
+    assert {folder.name: str(error) for folder, error in failures.items()} == {"marl": str(refused)}
+    assert sorted(given) == ["ma-irl", "marl"]
+
+
 PLAN = """
 import sys
 from pathlib import Path

@@ -8,7 +8,7 @@ from report.made_up import made_up_run
 from gsiirl.errors import InputError
 from gsiirl.report import swept_table
 from gsiirl.report.tables.swept import DASH
-from gsiirl.runs import RunFolder
+from gsiirl.runs import RunFolder, summarise
 
 RANDOM = np.random.default_rng(0)
 
@@ -141,3 +141,12 @@ def test_experiments_are_not_pooled(tmp_path):
     with pytest.raises(InputError, match="--by: would pool different experiments; add experiment"):
         swept_table(paths, ["algorithm"], "deployed_return_learner")
     assert rows(swept_table(paths, None, "deployed_return_learner")[0])[0][0] == "experiment"
+
+
+def test_it_is_the_last_iteration_that_counts(tmp_path):
+    folder = RunFolder.create(tmp_path / "a", {"experiment": "security", "algorithm": "gsiirl"}, {"name": "g"})
+    columns = {"seed": [0, 1, 0, 1], "iteration": [0, 0, 1, 1], "deployed_return_learner": [7.0, 8.0, 1.0, 2.0]}
+    folder.append_metrics(0, {name: np.array(values) for name, values in columns.items()})
+    folder.write_summary(summarise(folder.config, folder.metrics(), completed=True))
+    _, row = rows(swept_table([folder.path], [], "deployed_return_learner")[0])
+    assert float(row[-4]) == 1.5

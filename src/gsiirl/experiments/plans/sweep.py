@@ -10,6 +10,7 @@ is four runs. A file may hold several such tables, each below a line `[[grid]]`.
 """
 
 import itertools
+import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -91,7 +92,8 @@ def _grids(file: Path) -> list[dict[str, Any]]:
 
 def _configs(grids: list[dict[str, Any]], file: Path) -> Iterator[tuple[Mapping[str, Any], ExperimentConfig]]:
     """Every combination, with its configuration."""
-    count = 0
+    if sum(math.prod(len(_several(value)) for value in grid.values()) for grid in grids) > MOST_RUNS:
+        raise InputError(str(file), f"has more than {MOST_RUNS:,} runs", "give fewer values")
     for grid in grids:
         fields = [field for field in grid if field != EXPERIMENT]
         experiments = _several(grid.get(EXPERIMENT))
@@ -100,9 +102,6 @@ def _configs(grids: list[dict[str, Any]], file: Path) -> Iterator[tuple[Mapping[
                 problem = "is missing" if experiment is None else f"cannot be {experiment!r:.60}"
                 raise InputError(f"{EXPERIMENT} in {file}", problem, f"choose from {', '.join(EXPERIMENTS)}")
         for experiment, *chosen in itertools.product(experiments, *(_several(grid[field]) for field in fields)):
-            count += 1
-            if count > MOST_RUNS:
-                raise InputError(str(file), f"has more than {MOST_RUNS:,} runs", "give fewer values")
             values = dict(zip(fields, chosen, strict=True))
             config = load_config(EXPERIMENTS[experiment], values, lambda field: f"{field} in {file}")
             yield {EXPERIMENT: experiment, **values}, config
