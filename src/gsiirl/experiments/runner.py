@@ -162,16 +162,20 @@ def _go_on(
     every = partial(over_seeds, SEEDS_TOGETHER[config.device])
     init = compiled(lambda seeds: every(lambda seed: algorithm.init(_keys(seed)[0]), seeds))
 
-    def advance(states: PyTree, first: Array, number: int) -> tuple[PyTree, Record]:
+    # The seeds are arguments: as constants they would make another program for every first seed.
+    def advance(seeds: Array, states: PyTree, first: Array, number: int) -> tuple[PyTree, Record]:
         return every(lambda seed, state: algorithm.advance(state, _keys(seed)[1], first, number), seeds, states)
 
-    advance = compiled(advance, static_argnums=2)
+    def finish(seeds: Array, states: PyTree) -> Ending:
+        return every(lambda seed, state: algorithm.finish(state, _keys(seed)[2]), seeds, states)
+
+    advance, finish = compiled(advance, static_argnums=3), compiled(finish)
     iteration, chunk = (0, 0) if checkpoint is None else (checkpoint.iteration, checkpoint.chunks)
     states = init(seeds) if checkpoint is None else _restored(checkpoint, jax.eval_shape(init, seeds))
     # The grid of chunks is fixed, so that a resumed run passes through the same ones.
     while iteration < iterations:
         number = min(prepared.chunk, iterations - iteration)
-        states, record = advance(states, jnp.asarray(iteration), number)
+        states, record = advance(seeds, states, jnp.asarray(iteration), number)
         rows = _rows(record, seeds, iteration, references)
         with _written(folder):
             folder.append_metrics(chunk, rows)
@@ -180,8 +184,7 @@ def _go_on(
         if rows_to is not None:
             rows_to(rows)
         tell(iteration, iterations)
-    finish = compiled(lambda states: every(lambda seed, state: algorithm.finish(state, _keys(seed)[2]), seeds, states))
-    ending = finish(states)
+    ending = finish(seeds, states)
     with _written(folder):
         last = _finish(folder, prepared, ending, seeds, chunk, references)
         folder.write_environment(_environment(time.perf_counter() - began, checkpoint is not None))

@@ -13,11 +13,15 @@ from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 
 from gsiirl.errors import InputError, InputWarning
 from gsiirl.experiments.plans.planned_run import PlannedRun, do
 from gsiirl.program.progress import Told
 from gsiirl.program_cache import overlook_faults
+
+LARGEST = 3 * 1024**3
+"""Bytes of memory from which on a process forgets its programs, which save most of the time of a run like the last."""
 
 Message = tuple[int, int] | InputError | None
 """How far a run is; why it cannot be done; that it has ended."""
@@ -60,7 +64,7 @@ def keep_to(share: set[int]) -> None:
 
 @contextmanager
 def a_run_of_a_plan() -> Iterator[None]:
-    """Warnings of bad input are not repeated, and the memory of the run's programs goes with it."""
+    """Warnings of bad input are not repeated; programs are kept for the next run until they take much memory."""
     with warnings.catch_warnings():
         # Whoever planned this run has looked at its folder before.
         warnings.simplefilter("ignore", InputWarning)
@@ -68,9 +72,19 @@ def a_run_of_a_plan() -> Iterator[None]:
         try:
             yield
         finally:
-            import jax
+            if _is_large():
+                import jax
 
-            jax.clear_caches()
+                jax.clear_caches()
+
+
+def _is_large() -> bool:
+    """Whether this process holds more memory than `LARGEST`, or nobody knows."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except OSError:
+        return True
+    return pages * os.sysconf("SC_PAGE_SIZE") > LARGEST
 
 
 def tried(planned: PlannedRun, told: Told | None = None) -> InputError | None:
