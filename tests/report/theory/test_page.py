@@ -144,8 +144,8 @@ def test_a_report_takes_findings_alone(folder: Path, tmp_path: Path):
 def test_a_report_shows_runs_and_then_findings(folder: Path, tmp_path: Path):
     write_run(tmp_path / "run", "marl", seeds=1, iterations=1)
     page = build_report([folder, tmp_path / "run", folder], tmp_path / "out").page.read_text()
-    assert page.count("The theory, measured") == 1
-    assert page.index("Final returns") < page.index("The theory, measured")
+    assert page.count("<h1>The theory, measured") == 1
+    assert page.index("Final returns") < page.index("<h1>The theory, measured")
 
 
 @pytest.mark.usefixtures("undrawn")

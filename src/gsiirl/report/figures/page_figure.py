@@ -18,7 +18,7 @@ class PageFigure:
     alternative: str
     """The figure in words, for readers who cannot see it."""
     contents: dict[str, bytes]
-    """Its files by their endings; the last stands on the page."""
+    """Its files by their endings; the last stands on the page, of one that moves the first as well, as it stands still."""
 
     @property
     def files(self) -> dict[str, bytes]:
@@ -33,8 +33,16 @@ class PageFigure:
     @property
     def address(self) -> str:
         """The figure as a `data:` address, so that a page needs no other file."""
-        ending, content = list(self.contents.items())[-1]
-        return f"data:image/{ending.replace('svg', 'svg+xml')};base64,{base64.b64encode(content).decode()}"
+        return _address(*list(self.contents.items())[-1])
+
+    @property
+    def still_address(self) -> str:
+        """The same of its first file: one that moves, standing still."""
+        return _address(*next(iter(self.contents.items())))
+
+
+def _address(ending: str, content: bytes) -> str:
+    return f"data:image/{ending.replace('svg', 'svg+xml')};base64,{base64.b64encode(content).decode()}"
 
 
 def page_figure(
