@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from gsiirl.report.figures.charts import Charts
+
 
 @dataclass(frozen=True)
 class PageFigure:
@@ -18,7 +20,9 @@ class PageFigure:
     alternative: str
     """The figure in words, for readers who cannot see it."""
     contents: dict[str, bytes]
-    """Its files by their endings; the last stands on the page, of one that moves the first as well, as it stands still."""
+    """Its files by their endings; the last stands on the page. One that moves begins with a still picture."""
+    charts: Charts | None = None
+    """The same panels as charts, where there are any; a page shows them in place of the drawing where it can."""
 
     @property
     def files(self) -> dict[str, bytes]:
@@ -46,13 +50,18 @@ def _address(ending: str, content: bytes) -> str:
 
 
 def page_figure(
-    name: str, heading: str, caption: str, alternative: str, figure: Figure | dict[str, bytes] | None
+    name: str,
+    heading: str,
+    caption: str,
+    alternative: str,
+    figure: Figure | dict[str, bytes] | None,
+    charts: Charts | None = None,
 ) -> PageFigure | None:
     """A drawn figure or the files of one, with its words; None where there is no figure."""
     if figure is None:
         return None
     contents = figure_files(figure) if isinstance(figure, Figure) else figure
-    return PageFigure(name, heading, caption, alternative, contents)
+    return PageFigure(name, heading, caption, alternative, contents, charts)
 
 
 def figure_files(figure: Figure) -> dict[str, bytes]:
