@@ -14,7 +14,7 @@ from gsiirl.report.words.algorithms import algorithm_style
 if TYPE_CHECKING:
     import altair
 
-MOST_ROWS = 6000
+MOST_ROWS = 2000
 """Of the table of a panel; of longer runs every second iteration is shown, or every third, and so on."""
 DASHES = {"--": ("dashed", [6, 4]), "-.": ("dashed", [6, 3, 2, 3]), ":": ("dotted", [2, 3])}
 """By matplotlib's line: that of CSS, and that of Vega."""
@@ -79,7 +79,6 @@ def _curves(panel: CurvePanel, table: polars.DataFrame, runs: list[Key]) -> "lis
 
     kinds = {"run": "string", "seed": "number", "iteration": "number", "value": "number"}
     rows = alt.InlineData(table.write_csv(), format=alt.CsvDataFormat(type="csv", parse=kinds))
-    number = ".1%" if panel.shares else ".4~g"
     iteration = alt.X("iteration:Q", title="iteration", axis=alt.Axis(tickMinStep=1, grid=False))
     limits = alt.Scale(domain=list(panel.limits), zero=False) if panel.limits else alt.Scale(zero=False)
     axis = alt.Axis(format=".0%" if panel.shares else "~g")
@@ -95,22 +94,24 @@ def _curves(panel: CurvePanel, table: polars.DataFrame, runs: list[Key]) -> "lis
         .transform_calculate(low="datum.value - datum.deviation", high="datum.value + datum.deviation")
     )
     nearest = alt.selection_point(name="nearest", nearest=True, on="pointerover", clear="pointerout", empty=False)
-    words = [
-        alt.Tooltip("run:N"),
-        alt.Tooltip("iteration:Q"),
-        alt.Tooltip("value:Q", title="mean", format=number),
-        alt.Tooltip("deviation:Q", title="standard deviation", format=number),
-        alt.Tooltip("count:Q", title="seeds"),
-    ]
     opacity = alt.condition(nearest, alt.value(1), alt.value(0))
     return [
         means.mark_area(opacity=0.16, clip=True).encode(iteration, low, alt.Y2("high:Q"), colour),
         shown.mark_line(opacity=0.45, strokeWidth=0.8, clip=True).encode(iteration, height, colour, detail="seed:N"),
         means.mark_line(strokeWidth=2.2, clip=True).encode(iteration, height, colour),
         means.mark_point(filled=True, size=70, clip=True)
-        .encode(iteration, height, colour, opacity=opacity, tooltip=words)
+        .encode(iteration, height, colour, opacity=opacity, tooltip=alt.value(alt.ExprRef(_told(panel.shares))))
         .add_params(nearest),
     ]
+
+
+def _told(shares: bool) -> str:
+    """What the pointer is told, as an expression of Vega."""
+    mean, deviation = (".1%", ".1%") if shares else (".4~g", ".2~g")
+    # Vega-Lite's own list of fields leaves words out where the nearest mark is asked, whose row is `datum.datum`.
+    row = "(datum.datum || datum)"
+    told = f"format({row}.value, '{mean}') + ({row}.count > 1 ? ' ± ' + format({row}.deviation, '{deviation}') : '')"
+    return f"{{'title': {row}.run, 'iteration': {row}.iteration, 'mean': {told}, 'seeds': {row}.count}}"
 
 
 def _levels(panel: CurvePanel) -> "list[altair.Chart]":

@@ -3,10 +3,14 @@
 import base64
 import io
 from dataclasses import dataclass
+from urllib.parse import quote
 
 from matplotlib.figure import Figure
 
 from gsiirl.report.figures.charts import Charts
+
+PLAIN = " /=:;,.()-+!*@_"
+"""What stands in a `data:` address of a page as it is, besides letters and digits."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,10 @@ class PageFigure:
 
 
 def _address(ending: str, content: bytes) -> str:
-    return f"data:image/{ending.replace('svg', 'svg+xml')};base64,{base64.b64encode(content).decode()}"
+    if ending == "svg":
+        # Shorter by a quarter than in base 64.
+        return f"data:image/svg+xml,{quote(' '.join(content.decode().split()), safe=PLAIN)}"
+    return f"data:image/{ending};base64,{base64.b64encode(content).decode()}"
 
 
 def page_figure(
