@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
 VOID = {"img", "input", "meta", "br"}
+ADDRESSES = ("src", "href", "srcset", "action", "poster", "data")
 
 
 @dataclass
@@ -81,13 +82,10 @@ def _links(page: Page) -> list[str]:
     sections = [each.attributes.get("id") for each in page.of("section")]
     listed = [each.attributes["href"][1:] for each in page.of("a") if each.inside("nav")]
     found += [f"a section that the contents lack: {name}" for name in sections if name not in listed]
-    loads = re.findall(r"""(?:src|href|srcset|action)\s*=\s*["']?(?!#|data:)[^"'\s>]*|url\((?!#)|@import""", _own(page))
+    named = [each.attributes[name] for each in page.elements for name in ADDRESSES if name in each.attributes]
+    loads = [address for address in named if not address.startswith(("#", "data:"))]
+    loads += [each for style in page.of("style") for each in re.findall(r"url\(|@import", style.text)]
     return found + [f"something is loaded: {each}" for each in loads]
-
-
-def _own(page: Page) -> str:
-    """The page without its scripts."""
-    return re.sub(r"<script.*?</script>", "", page.content, flags=re.DOTALL)
 
 
 def _scrolled(page: Page) -> list[str]:

@@ -8,6 +8,7 @@ from report.synthetic import write_comparison
 
 from gsiirl.report import ReportFiles, build_report
 from gsiirl.report.curves import charts
+from gsiirl.report.figures import page_figure
 from gsiirl.report.page import report
 
 BOX = '<div class="wide" role="group" tabindex="0" aria-label="Numbers">'
@@ -26,6 +27,7 @@ def security(tmp_path_factory: pytest.TempPathFactory) -> str:
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.setattr(charts, "charts_installed", lambda: True)
         monkeypatch.setattr(report, "chart_program", lambda: "program")
+        monkeypatch.setattr(page_figure, "figure_files", lambda figure: {"svg": b"<svg/>"})
         return build_report(write_comparison(folder / "runs"), folder / "out").page.read_text()
 
 
