@@ -67,10 +67,10 @@ def _reward_map(group: GameGroup, crossing: RecordedCrossing, shown: ReportedRun
     return rewards and page_figure(
         f"{group.key}-reward-map",
         "Where does the human want to be?",
-        f"The human's reward of a step by where the human is, the robot being far away: the stronger the colour, the better. The "
-        f"robot ({algorithm_style(shown.algorithm).name}, mean over {counted(len(rewards.peaks), 'seed')}) has found "
-        "the goal if the circle lies on the star. Only differences count, so both maps run from their own lowest to "
-        "their own highest value.",
+        "The human's reward of a step by where the human is, the robot being far away: the stronger the colour, the "
+        f"better. The robot ({algorithm_style(shown.algorithm).name}, mean over {counted(len(rewards.peaks), 'seed')}) "
+        "has found the goal if the circle lies on the star. Only differences count, so both maps run from their own "
+        "lowest to their own highest value.",
         "The human's reward over the plane, learned and true",
         draw_reward_map(crossing, rewards),
     )

@@ -81,7 +81,7 @@ def _curves(panel: CurvePanel, table: polars.DataFrame, runs: list[Key]) -> "lis
     rows = alt.InlineData(table.write_csv(), format=alt.CsvDataFormat(type="csv", parse=kinds))
     iteration = alt.X("iteration:Q", title="iteration", axis=alt.Axis(tickMinStep=1, grid=False))
     limits = alt.Scale(domain=list(panel.limits), zero=False) if panel.limits else alt.Scale(zero=False)
-    axis = alt.Axis(format=".0%" if panel.shares else "~g")
+    axis = alt.Axis(format=".0%") if panel.shares else alt.Axis()
     height, low = (alt.Y(f"{name}:Q", title=None, scale=limits, axis=axis) for name in ("value", "low"))
     scale = alt.Scale(domain=[run.label for run in runs], range=[run.colour for run in runs])
     colour = alt.Color("run:N", scale=scale, legend=None)
