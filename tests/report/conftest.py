@@ -1,5 +1,6 @@
 """Runs and a report of the two games in the plane, made once for all tests."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,16 @@ from report.synthetic import write_run
 from report.synthetic_plane import write_plane_comparison
 
 from gsiirl.report import ReportFiles, build_report
+from gsiirl.report.curves import charts
 from gsiirl.report.figures import animation, page_figure
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _without_charts() -> Iterator[None]:
+    """Pages are made as without the extra `interactive`; the tests of charts undo that."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(charts, "charts_installed", lambda: False)
+        yield
 
 
 @pytest.fixture(scope="session")

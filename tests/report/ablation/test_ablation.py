@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from report.structure import faults
 
 from gsiirl.errors import InputError, InputWarning
 from gsiirl.report import write_ablation_page
@@ -89,6 +90,11 @@ def test_a_correlation_that_is_none_is_a_dash(folder):
     cell = AblationResults.read(folder).results["graph-0", "paper"]
     assert cell.correlation == "0.90"
     assert replace(cell, pearson=np.array([0.9, 0.0])).correlation == "\N{EN DASH}"
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_can_be_read_by_all(folder):
+    assert faults(write_ablation_page(folder).read_text()) == []
 
 
 def test_how_it_was_made_is_told(folder):

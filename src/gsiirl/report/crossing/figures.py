@@ -1,10 +1,11 @@
 """The figures of the crossing, with their words."""
 
 from gsiirl.report.crossing.encounter_figure import animate_encounter, draw_encounter, smallest_distance
-from gsiirl.report.crossing.rates_figure import draw_rates
+from gsiirl.report.crossing.rates_figure import draw_rates, rates_panels
 from gsiirl.report.crossing.recorded_crossing import RecordedCrossing
 from gsiirl.report.crossing.reward_map import RewardMap
 from gsiirl.report.crossing.reward_map_figure import draw_reward_map
+from gsiirl.report.curves.charts import charts_of
 from gsiirl.report.figures.page_figure import PageFigure, page_figure
 from gsiirl.report.plane.episode import pick_episode
 from gsiirl.report.read.group import GameGroup
@@ -49,6 +50,7 @@ def _encounter(
 
 
 def _rates(group: GameGroup) -> PageFigure | None:
+    panels = rates_panels(group)
     return page_figure(
         f"{group.key}-rates",
         "Do they collide, and do they arrive?",
@@ -56,6 +58,7 @@ def _rates(group: GameGroup) -> PageFigure | None:
         f"good. Lines are means over seeds, bands one standard deviation.{group.exploring}",
         "Rates of collisions and of reached goals along the iterations",
         draw_rates(group),
+        charts_of(group, panels, panels[0].levels if panels else []),
     )
 
 
@@ -64,10 +67,10 @@ def _reward_map(group: GameGroup, crossing: RecordedCrossing, shown: ReportedRun
     return rewards and page_figure(
         f"{group.key}-reward-map",
         "Where does the human want to be?",
-        f"The human's reward of a step by where the human is, the robot being far away: the darker, the better. The "
-        f"robot ({algorithm_style(shown.algorithm).name}, mean over {counted(len(rewards.peaks), 'seed')}) has found "
-        "the goal if the circle lies on the star. Only differences count, so both maps run from their own lowest to "
-        "their own highest value.",
+        "The human's reward of a step by where the human is, the robot being far away: the stronger the colour, the "
+        f"better. The robot ({algorithm_style(shown.algorithm).name}, mean over {counted(len(rewards.peaks), 'seed')}) "
+        "has found the goal if the circle lies on the star. Only differences count, so both maps run from their own "
+        "lowest to their own highest value.",
         "The human's reward over the plane, learned and true",
         draw_reward_map(crossing, rewards),
     )

@@ -6,7 +6,7 @@ from typing import Literal
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from gsiirl.report.figures.style import FAINT_COLOUR
 from gsiirl.report.read.group import GameGroup
@@ -27,6 +27,36 @@ class Level:
     line: Literal["--", "-.", ":"]
 
 
+@dataclass(frozen=True)
+class CurvePanel:
+    """A panel of one metric over iterations: what a drawing of it shows, and what the chart of a page shows."""
+
+    metric: str
+    title: str
+    meaning: str
+    """What the metric is, in a line under the title; may be empty."""
+    levels: list[Level]
+    limits: tuple[float, float] | None
+    """Ends of the vertical axis; None where there is nothing to show."""
+    far: Level | None = None
+    """A level so far off that a line would flatten the curves: it is told in words."""
+    shares: bool = False
+    """Whether values are shares, shown as percentages."""
+
+
+def draw_panel(axes: Axes, group: GameGroup, panel: CurvePanel) -> None:
+    """The curves and levels of a panel."""
+    draw_curves(axes, group, panel.metric)
+    for level in panel.levels:
+        draw_level(axes, level)
+    if panel.limits is not None:
+        axes.set_ylim(*panel.limits)
+        if panel.far is not None:
+            tell_random_play(axes, panel.far, below=panel.far.value < panel.limits[0])
+    if panel.shares:
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+
+
 def draw_curve(panel: Axes, curve: MetricCurve, colour: str, label: str, line: str = "-", band: float = 0.18) -> None:
     """The mean over seeds as a line, and a band of one standard deviation of opacity `band`."""
     panel.fill_between(
@@ -37,14 +67,11 @@ def draw_curve(panel: Axes, curve: MetricCurve, colour: str, label: str, line: s
     panel.plot(curve.iteration, curve.mean, line, color=colour, linewidth=2, marker=marker, label=label)
 
 
-def draw_curves(panel: Axes, group: GameGroup, metric: str) -> list[float]:
-    """One curve for each run that learns; returns the lowest and highest point of each band."""
-    heights: list[float] = []
+def draw_curves(panel: Axes, group: GameGroup, metric: str) -> None:
+    """One curve for each run that learns."""
     for label, run in group.learners.items():
         if (curve := run.curve(metric)) is not None:
             draw_curve(panel, curve, algorithm_style(run.algorithm).colour, label)
-            heights += [float((curve.mean - curve.std).min()), float((curve.mean + curve.std).max())]
-    return heights
 
 
 def draw_level(panel: Axes, level: Level) -> None:
@@ -95,5 +122,9 @@ def number_iterations(panel: Axes) -> None:
 def tell_random_play(panel: Axes, random: Level, below: bool) -> None:
     """Write the level of random play as text, where it lies so far off that a line would flatten the curves."""
     place = (0.98, 0.04 if below else 0.9)
-    text = f"{random.label}: {format_number(random.value)} {'↓' if below else '↑'}"
-    panel.annotate(text, place, xycoords="axes fraction", ha="right", color=FAINT_COLOUR, size=9)
+    panel.annotate(far_in_words(random, below), place, xycoords="axes fraction", ha="right", color=FAINT_COLOUR, size=9)
+
+
+def far_in_words(random: Level, below: bool) -> str:
+    """The level of random play, with an arrow to where it lies."""
+    return f"{random.label}: {format_number(random.value)} {'↓' if below else '↑'}"

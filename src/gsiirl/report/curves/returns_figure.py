@@ -1,13 +1,14 @@
 """Returns of both sides over iterations (the paper's Figures 2, 3 a and b, and 4)."""
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gsiirl.report.curves import learning_curves
+from gsiirl.report.curves.learning_curves import CurvePanel, Level
 from gsiirl.report.figures.style import FAINT_COLOUR
 from gsiirl.report.read.group import GameGroup
 from gsiirl.report.read.run import MetricCurve
+from gsiirl.report.words.experiments import SideName
 
 MEANINGS = {
     "deployed": "deployed: what the {learner} learned, against the real {expert}",
@@ -20,29 +21,42 @@ Span = tuple[float, float]
 
 def draw_returns(group: GameGroup) -> Figure | None:
     """Mean over seeds and a band of one standard deviation, deployed above model; None where no run has a curve."""
-    rows = [kind for kind in MEANINGS if any(_curves(group, kind, side) for side in ("learner", "expert"))]
-    if not rows:
+    panels = returns_panels(group)
+    if not panels:
         return None
-    figure = Figure(figsize=(9.6, 0.75 + 3.0 * len(rows)), layout="constrained")
-    axes = figure.subplots(len(rows), 2, squeeze=False, sharex=True, sharey="col")
+    rows = len(panels) // 2
+    figure = Figure(figsize=(9.6, 0.75 + 3.0 * rows), layout="constrained")
+    axes = figure.subplots(rows, 2, squeeze=False, sharex=True, sharey="col")
+    for each, panel in zip(axes.flat, panels, strict=True):
+        learning_curves.draw_panel(each, group, panel)
+        each.set_title(panel.title, pad=20)
+        offset = {"xytext": (0, 6), "xycoords": "axes fraction", "textcoords": "offset points"}
+        told = each.annotate(panel.meaning, (0, 1), color=FAINT_COLOUR, size=9, **offset)
+        # Text that is wider than the panel would else make it narrower.
+        told.set_in_layout(False)
+    for each in axes[-1]:
+        learning_curves.number_iterations(each)
+    learning_curves.draw_legend(figure, group, returns_levels(group))
+    return figure
+
+
+def returns_panels(group: GameGroup) -> list[CurvePanel]:
+    """Learner and expert deployed, then by the model; without a row of which no run has a curve."""
+    rows = [kind for kind in MEANINGS if any(_curves(group, kind, side) for side in ("learner", "expert"))]
     learner, expert = group.sides
     expects = learner.verb("expects", "expect")
     spans = {side: _span(group, rows, side) for side in ("learner", "expert")}
-    for kind, panels in zip(rows, axes, strict=True):
-        meaning = MEANINGS[kind].format(learner=learner, expert=expert, expects=expects)
-        for panel, (side, span), name in zip(panels, spans.items(), (learner, expert), strict=True):
-            _draw_panel(panel, group, f"{kind}_return_{side}", f"return_{side}", span)
-            panel.set_title(f"{name.possessive.capitalize()} return", pad=20)
-            offset = {"xytext": (0, 6), "xycoords": "axes fraction", "textcoords": "offset points"}
-            told = panel.annotate(meaning, (0, 1), color=FAINT_COLOUR, size=9, **offset)
-            # Text that is wider than the panel would else make it narrower.
-            told.set_in_layout(False)
-    for panel in axes[-1]:
-        learning_curves.number_iterations(panel)
-    levels = learning_curves.marl_levels(group, "return_learner")
+    return [
+        _panel(group, kind, side, name, MEANINGS[kind].format(learner=learner, expert=expert, expects=expects), span)
+        for kind in rows
+        for (side, span), name in zip(spans.items(), (learner, expert), strict=True)
+    ]
+
+
+def returns_levels(group: GameGroup) -> list[Level]:
+    """The levels of the legend: MARL's and random play's."""
     random = learning_curves.random_level(group, "return_learner")
-    learning_curves.draw_legend(figure, group, levels + ([] if random is None else [random]))
-    return figure
+    return learning_curves.marl_levels(group, "return_learner") + ([] if random is None else [random])
 
 
 def _curves(group: GameGroup, kind: str, side: str) -> list[MetricCurve]:
@@ -69,17 +83,16 @@ def _span(group: GameGroup, kinds: list[str], side: str) -> Span | None:
     return low, high
 
 
-def _draw_panel(panel: Axes, group: GameGroup, metric: str, level_metric: str, span: Span | None) -> None:
-    learning_curves.draw_curves(panel, group, metric)
-    for level in learning_curves.marl_levels(group, level_metric):
-        learning_curves.draw_level(panel, level)
-    if span is None:
-        return
-    low, high = span
-    margin = 0.08 * (high - low) or 1.0
-    panel.set_ylim(low - margin, high + margin)
-    random = learning_curves.random_level(group, level_metric)
-    if random is not None and low <= random.value <= high:
-        learning_curves.draw_level(panel, random)
-    elif random is not None:
-        learning_curves.tell_random_play(panel, random, below=random.value < low)
+def _panel(group: GameGroup, kind: str, side: str, name: SideName, meaning: str, span: Span | None) -> CurvePanel:
+    levels, far, limits = learning_curves.marl_levels(group, f"return_{side}"), None, None
+    if span is not None:
+        low, high = span
+        margin = 0.08 * (high - low) or 1.0
+        limits = low - margin, high + margin
+        random = learning_curves.random_level(group, f"return_{side}")
+        if random is not None and low <= random.value <= high:
+            levels.append(random)
+        else:
+            far = random
+    title = f"{name.possessive.capitalize()} return"
+    return CurvePanel(f"{kind}_return_{side}", title, meaning, levels, limits, far)

@@ -55,7 +55,7 @@ def _episode(group: GameGroup, shown: ReportedRun) -> tuple[PageFigure | None, P
 
 def _weights(group: GameGroup) -> PageFigure | None:
     truth = true_weights(group.game, group.first.path)
-    told = "; the black line is the true weight" if truth else ""
+    told = "; the upright line is the true weight" if truth else ""
     return page_figure(
         f"{group.key}-weights",
         "What the good agents think that the adversary wants",

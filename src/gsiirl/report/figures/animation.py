@@ -1,4 +1,4 @@
-"""A moving figure as a GIF."""
+"""A moving figure as a GIF, with its last frame as a still picture."""
 
 import io
 from collections.abc import Callable
@@ -14,15 +14,16 @@ STEP_MILLISECONDS, LAST_MILLISECONDS = 160, 1800
 
 
 def animate(draw: Callable[[int], Figure], frames: int) -> dict[str, bytes]:
-    """The figures draw(0), ..., draw(frames - 1), all of one size, in an endless loop, as `gif`.
+    """The figures draw(0), ..., draw(frames - 1), all of one size, in an endless loop, as `gif`; the last as `png`.
 
     The same figures give the same bytes.
     """
-    first, *others = _with_one_palette(np.stack([_pixels(draw(frame)) for frame in range(frames)]))
+    first, *others = images = _with_one_palette(np.stack([_pixels(draw(frame)) for frame in range(frames)]))
     durations = [STEP_MILLISECONDS] * (frames - 1) + [LAST_MILLISECONDS]
-    stream = io.BytesIO()
+    still, stream = io.BytesIO(), io.BytesIO()
+    images[-1].save(still, format="PNG")
     first.save(stream, format="GIF", save_all=True, append_images=others, duration=durations, loop=0)
-    return {"gif": stream.getvalue()}
+    return {"png": still.getvalue(), "gif": stream.getvalue()}
 
 
 def _pixels(figure: Figure) -> np.ndarray:

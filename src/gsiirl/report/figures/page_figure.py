@@ -3,8 +3,14 @@
 import base64
 import io
 from dataclasses import dataclass
+from urllib.parse import quote
 
 from matplotlib.figure import Figure
+
+from gsiirl.report.figures.charts import Charts
+
+PLAIN = " /=:;,.()-+!*@_"
+"""What stands in a `data:` address of a page as it is, besides letters and digits."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +24,9 @@ class PageFigure:
     alternative: str
     """The figure in words, for readers who cannot see it."""
     contents: dict[str, bytes]
-    """Its files by their endings; the last stands on the page."""
+    """Its files by their endings; the last stands on the page. One that moves begins with a still picture."""
+    charts: Charts | None = None
+    """The same panels as charts, where there are any; a page shows them in place of the drawing where it can."""
 
     @property
     def files(self) -> dict[str, bytes]:
@@ -33,18 +41,34 @@ class PageFigure:
     @property
     def address(self) -> str:
         """The figure as a `data:` address, so that a page needs no other file."""
-        ending, content = list(self.contents.items())[-1]
-        return f"data:image/{ending.replace('svg', 'svg+xml')};base64,{base64.b64encode(content).decode()}"
+        return _address(*list(self.contents.items())[-1])
+
+    @property
+    def still_address(self) -> str:
+        """The same of its first file: one that moves, standing still."""
+        return _address(*next(iter(self.contents.items())))
+
+
+def _address(ending: str, content: bytes) -> str:
+    if ending == "svg":
+        # Shorter by a quarter than in base 64.
+        return f"data:image/svg+xml,{quote(' '.join(content.decode().split()), safe=PLAIN)}"
+    return f"data:image/{ending};base64,{base64.b64encode(content).decode()}"
 
 
 def page_figure(
-    name: str, heading: str, caption: str, alternative: str, figure: Figure | dict[str, bytes] | None
+    name: str,
+    heading: str,
+    caption: str,
+    alternative: str,
+    figure: Figure | dict[str, bytes] | None,
+    charts: Charts | None = None,
 ) -> PageFigure | None:
     """A drawn figure or the files of one, with its words; None where there is no figure."""
     if figure is None:
         return None
     contents = figure_files(figure) if isinstance(figure, Figure) else figure
-    return PageFigure(name, heading, caption, alternative, contents)
+    return PageFigure(name, heading, caption, alternative, contents, charts)
 
 
 def figure_files(figure: Figure) -> dict[str, bytes]:

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 from gsiirl.report.crossing.figures import crossing_figures
-from gsiirl.report.curves.returns_figure import draw_returns
+from gsiirl.report.curves.charts import charts_of
+from gsiirl.report.curves.returns_figure import draw_returns, returns_levels, returns_panels
 from gsiirl.report.deception.figures import deception_figures
 from gsiirl.report.figures.page_figure import PageFigure, page_figure
 from gsiirl.report.read.group import GameGroup
@@ -54,4 +55,5 @@ def _returns(group: GameGroup) -> PageFigure | None:
         f"encounters.{group.exploring}",
         f"Returns of {learner} and {expert} along the iterations",
         draw_returns(group),
+        charts_of(group, returns_panels(group), returns_levels(group)),
     )

@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from gsiirl.report.figures.page_figure import PageFigure
+from gsiirl.report.output.chart_program import chart_program
 from gsiirl.report.output.rendering import render
 from gsiirl.report.page.notes import notes, warnings
 from gsiirl.report.page.takeaways import gain_note, takeaways
@@ -109,7 +110,9 @@ class Report:
         """The content of `index.html`."""
         words = [experiment_words(section.group.experiment).here for section in self.sections]
         here = list(dict.fromkeys(each for each in words if each is not None))
-        return self._render("page.html", generator=GENERATOR, here=here)
+        charted = any(figure.charts for section in self.sections for figure in section.figures)
+        program = chart_program() if charted else ""
+        return self._render("page.html", generator=GENERATOR, here=here, program=program)
 
     def markdown(self) -> str:
         """The content of `table.md`."""

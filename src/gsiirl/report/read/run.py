@@ -148,14 +148,8 @@ class ReportedRun:
         return "exploring" in self.metrics.columns and bool((self.metrics["exploring"] > 0).any())
 
     def curve(self, metric: str) -> MetricCurve | None:
-        """A metric over iterations, or None where the run does not have it.
-
-        Left out are the seeds that `not_finite` names, and interactions that were played to explore.
-        """
-        table = self._along(metric).filter(~polars.col("seed").is_in(self.not_finite(metric)))
-        if self.explores:
-            played_to_earn = self.metrics.filter(polars.col("exploring") == 0).select("seed", "iteration")
-            table = table.join(played_to_earn, on=["seed", "iteration"], how="semi")
+        """A metric over iterations, or None where the run does not have it; of what `seed_curves` holds."""
+        table = self.seed_curves(metric)
         if table.is_empty():
             return None
         table = (
@@ -164,6 +158,17 @@ class ReportedRun:
             .sort("iteration")
         )
         return MetricCurve(*(table[name].to_numpy() for name in ("iteration", "mean", "std")))
+
+    def seed_curves(self, metric: str) -> polars.DataFrame:
+        """A table of `seed`, `iteration` and the `value` of a metric, empty where the run does not have it.
+
+        Left out are the seeds that `not_finite` names, and interactions that were played to explore.
+        """
+        table = self._along(metric).filter(~polars.col("seed").is_in(self.not_finite(metric))).drop("finite")
+        if self.explores:
+            played_to_earn = self.metrics.filter(polars.col("exploring") == 0).select("seed", "iteration")
+            table = table.join(played_to_earn, on=["seed", "iteration"], how="semi")
+        return table
 
     def not_finite(self, metric: str) -> list[int]:
         """Kept seeds with a value of the metric that is not finite."""

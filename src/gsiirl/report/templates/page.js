@@ -1,0 +1,18 @@
+// Shows the charts of each figure in place of its drawing, and switches runs and seeds on and off.
+const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "default";
+for (const charts of document.querySelectorAll(".charts")) {
+  const drawing = charts.nextElementSibling;
+  const chosen = (name) => [...charts.querySelectorAll(`[name=${name}]:checked`)].map((box) => box.value);
+  charts.hidden = false;
+  const panels = [...charts.querySelectorAll(".chart")];
+  Promise.all(panels.map((panel) => vegaEmbed(panel, JSON.parse(panel.previousElementSibling.textContent), { actions: false, renderer: "svg", tooltip: { theme } })))
+    .then((shown) => {
+      drawing.hidden = true;
+      // The chart has a name as a whole; Vega's names of its parts would be read one by one.
+      for (const picture of charts.querySelectorAll(".chart svg")) picture.setAttribute("aria-hidden", "true");
+      charts.addEventListener("change", () => {
+        for (const { view } of shown) view.signal("runs", chosen("run")).signal("seeds", chosen("seed").map(Number)).runAsync();
+      });
+    })
+    .catch((error) => { charts.hidden = true; console.error(error); });
+}
