@@ -170,7 +170,13 @@ def test_bars_are_drawn_on_terminals_and_in_notebooks_that_can(
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: object() if widgets else None)
 
     class Console(rich.console.Console):
-        is_terminal, is_dumb_terminal = terminal, dumb  # pyright: ignore[reportAssignmentType]
+        @property
+        def is_terminal(self) -> bool:
+            return terminal
+
+        @property
+        def is_dumb_terminal(self) -> bool:
+            return dumb
 
     console = Console(force_jupyter=jupyter)
     assert progress.draws(console) is drawn

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from gsiirl.commitment.objective import Commitment
 from gsiirl.front_door.learned_reward import interval_of
@@ -100,7 +101,7 @@ def draw_weights(
             axes.plot([interval[0][weight], interval[1][weight]], [place, place], color=colour, linewidth=2)
         axes.plot(weights[weight], place, "o", color=colour, markersize=4)
     axes.axvline(0.0, color="#cbd5e1", linewidth=1, zorder=0)
-    axes.set_yticks(range(len(order)), [_short(names[weight]) for weight in order])
+    axes.set_yticks(range(len(order)), [_short(str(names[int(weight)])) for weight in order])
     left = len(weights) - len(order)
     axes.set_title(
         _with_note("What the expert wants", f"the {SHOWN} largest of {len(weights)}" if left else ""), **_TITLE
@@ -140,7 +141,7 @@ def draw_commitment(axes: Axes, policy: np.ndarray, often: np.ndarray) -> None:
     axes.set_title(
         _with_note("The commitment", f"where it is met most, {SHOWN} of {len(met)}" if left else ""), **_TITLE
     )
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 @jax.jit
@@ -148,7 +149,7 @@ def _distributions(game: AbstractTabularGame, policies: Sides[Float[Array, "..."
     def one(distribution: Float[Array, " S"], now: Sides[Float[Array, "..."]]) -> tuple[Array, Array]:
         return game.advance(distribution, now), distribution
 
-    return jax.lax.scan(one, game.initial, policies)[1]
+    return jax.lax.scan(one, jax.numpy.asarray(game.initial), policies)[1]
 
 
 @jax.jit
