@@ -1,5 +1,6 @@
 """The experiments' problems by name, each with its simulated expert: what `gsiirl.problems` has."""
 
+from collections.abc import Callable, Mapping
 from os import fspath
 from pathlib import Path
 from typing import Any, TypeVar
@@ -7,7 +8,6 @@ from typing import Any, TypeVar
 import jax
 
 from gsiirl.experiments.config import load_config
-from gsiirl.experiments.continuous.config import ContinuousConfig
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.deception.config import DeceptionConfig
@@ -17,7 +17,7 @@ from gsiirl.experts.tabular_expert import RespondingExpert, SimulatedExpert
 from gsiirl.problems.continuous_problem import ContinuousProblem, single_precision
 from gsiirl.problems.problem import Problem
 
-Continuous = TypeVar("Continuous", bound=ContinuousConfig)
+Config = TypeVar("Config", CrossingConfig, DeceptionConfig)
 
 
 def security(graph: str | Path | None = None, **settings: Any) -> tuple[Problem, RespondingExpert | SimulatedExpert]:
@@ -46,9 +46,7 @@ def crossing(**settings: Any) -> tuple[ContinuousProblem, ContinuousRespondingEx
     """
     from gsiirl.experiments.crossing.problem import build
 
-    with single_precision():
-        config = load_config(CrossingConfig, settings).resolved()
-        return _continuous(config, build(config))
+    return _continuous(CrossingConfig, build, settings)
 
 
 def deception(**settings: Any) -> tuple[ContinuousProblem, ContinuousRespondingExpert]:
@@ -59,14 +57,15 @@ def deception(**settings: Any) -> tuple[ContinuousProblem, ContinuousRespondingE
     """
     from gsiirl.experiments.deception.problem import build
 
-    with single_precision():
-        config = load_config(DeceptionConfig, settings).resolved()
-        return _continuous(config, build(config))
+    return _continuous(DeceptionConfig, build, settings)
 
 
 def _continuous(
-    config: ContinuousConfig, experiment: ContinuousExperiment
+    kind: type[Config], build: Callable[[Config], ContinuousExperiment], settings: Mapping[str, Any]
 ) -> tuple[ContinuousProblem, ContinuousRespondingExpert]:
     from gsiirl.experiments.continuous.run import expert_of
 
-    return experiment.problem, expert_of(config, experiment)
+    with single_precision():
+        config = load_config(kind, settings).resolved()
+        experiment = build(config)
+        return experiment.problem, expert_of(config, experiment)

@@ -21,7 +21,7 @@ def write_event_files(run: RunFolder, out: Path) -> list[Path]:
     try:
         from tensorboardX import SummaryWriter
     except ImportError:
-        mend = f"install it with `{installing('gsiirl[tensorboard]')}`"
+        mend = f"install it with `{installing('tensorboardx>=2.6')}`"
         raise InputError("--to", "tensorboard needs tensorboardX, which is not installed", mend) from None
     metrics, written = run.metrics(), []
     names = [name for name in metrics.columns if name not in ("seed", "iteration")]

@@ -9,7 +9,7 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.commands import Quiet, print_failed
 from gsiirl.experiments.config import at_least_one, flag, load_config
 from gsiirl.experiments.plans.plan import carry_out, check_folders, failed_seeds, refuse_failures
-from gsiirl.experiments.plans.planned_run import PlannedRun, cores, is_finished
+from gsiirl.experiments.plans.planned_run import HERE, PlannedRun, cores, is_finished
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.program.command import command
 from gsiirl.runs import RunFolder
@@ -58,9 +58,9 @@ def sweep(
         for each in planned:
             print(f"{each.folder.name}: {_state(each)}")
         return 0
-    cluster = None if engine == "local" else _address(address)
+    cluster = HERE if address is None else address
     try:
-        failures = carry_out(planned, at_a_time, quiet, cluster)
+        failures = carry_out(planned, at_a_time, quiet, None if engine == "local" else cluster)
     except KeyboardInterrupt:
         raise KeyboardInterrupt("finished runs are kept; the same command goes on") from None
     finished = [each for each in planned if is_finished(each.folder)]
@@ -149,12 +149,6 @@ def ablation(
 
 def _at_a_time(jobs: str | None) -> int:
     return min(len(cores()), MOST_AT_A_TIME) if jobs is None else at_least_one("--jobs", jobs, MOST_JOBS)
-
-
-def _address(address: str | None) -> str:
-    from gsiirl.experiments.plans.on_ray import HERE
-
-    return HERE if address is None else address
 
 
 def _state(each: PlannedRun) -> str:

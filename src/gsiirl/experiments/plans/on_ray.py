@@ -12,15 +12,13 @@ from filelock import FileLock, Timeout
 
 from gsiirl.compilation import silence
 from gsiirl.errors import InputError
-from gsiirl.experiments.plans.planned_run import RETRIES, PlannedRun, cores
+from gsiirl.experiments.plans.planned_run import HERE, RETRIES, PlannedRun, cores
 from gsiirl.experiments.plans.side_by_side import ended
 from gsiirl.experiments.plans.worker import keep_to, tried
 from gsiirl.program.command import installing
 from gsiirl.program.progress import nobody, shown
 from gsiirl.program_cache import keep_programs
 
-HERE = "here"
-"""In place of an address: a cluster of this machine alone, which ends with the command."""
 GLANCE = 0.5
 """Seconds between two looks at what has ended."""
 LOST = "Ray lost its worker"
@@ -109,6 +107,6 @@ def _ray() -> Any:
     try:
         import ray
     except ImportError:
-        mend = f"install it with `{installing('gsiirl[ray]')}`, or use --engine local"
+        mend = f"install it with `{installing('ray>=2.40')}`, or use --engine local"
         raise InputError("--engine", "ray is not installed", mend) from None
     return ray

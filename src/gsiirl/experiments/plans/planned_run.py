@@ -12,6 +12,10 @@ RETRIES = 2
 """How often a run whose process ended is gone on with before it is given up."""
 
 
+HERE = "here"
+"""In place of a Ray cluster's address: one of this machine alone, which ends with the command."""
+
+
 class PlannedRun(NamedTuple):
     """A configuration, and where its run is or will be."""
 

@@ -8,8 +8,6 @@ import os
 import signal
 import threading
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -62,22 +60,6 @@ def keep_to(share: set[int]) -> None:
         os.sched_setaffinity(0, share)
 
 
-@contextmanager
-def a_run_of_a_plan() -> Iterator[None]:
-    """Warnings of bad input are not repeated; programs are kept for the next run until they take much memory."""
-    with warnings.catch_warnings():
-        # Whoever planned this run has looked at its folder before.
-        warnings.simplefilter("ignore", InputWarning)
-        overlook_faults()
-        try:
-            yield
-        finally:
-            if _is_large():
-                import jax
-
-                jax.clear_caches()
-
-
 def _is_large() -> bool:
     """Whether this process holds more memory than `LARGEST`, or nobody knows."""
     try:
@@ -88,12 +70,20 @@ def _is_large() -> bool:
 
 
 def tried(planned: PlannedRun, told: Told | None = None) -> InputError | None:
-    """Do a run; why it cannot be done, if it cannot."""
-    with a_run_of_a_plan():
+    """Do a run; why it cannot be done, if it cannot. Its programs stay for the next one until they take much memory."""
+    with warnings.catch_warnings():
+        # Whoever planned this run has looked at its folder before.
+        warnings.simplefilter("ignore", InputWarning)
+        overlook_faults()
         try:
             do(planned, told)
         except InputError as error:
             return error
+        finally:
+            if _is_large():
+                import jax
+
+                jax.clear_caches()
     return None
 
 

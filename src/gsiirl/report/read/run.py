@@ -81,7 +81,7 @@ class ReportedRun:
             iterations=summary.iterations,
             completed=summary.completed,
             final={name: values for name, values in final.items() if name not in undefined},
-            ends=_ends(metrics),
+            ends=ends_of(metrics),
             undefined=undefined,
             metrics=metrics.filter(~polars.col("seed").is_in(summary.failed_seeds)).drop(*undefined),
             learned=learned,
@@ -205,7 +205,8 @@ def _expert_draws(folder: RunFolder, learned: LearnedParameters | None, summary:
     return learned.scales["expert_reward"] * draws[kept] if kept else None
 
 
-def _ends(metrics: polars.DataFrame) -> dict[str, np.ndarray]:
+def ends_of(metrics: polars.DataFrame) -> dict[str, np.ndarray]:
+    """Per metric the last value of every seed, in the order of the seeds; NaN where there is no number."""
     last = metrics.group_by("seed", maintain_order=True).last().sort("seed").drop("seed", "iteration")
     return {name: last[name].cast(float).fill_null(np.nan).to_numpy() for name in last.columns}
 

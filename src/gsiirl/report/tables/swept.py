@@ -11,6 +11,7 @@ import numpy as np
 from gsiirl.errors import InputError
 from gsiirl.report.output.rendering import render
 from gsiirl.report.read.estimate import Estimate
+from gsiirl.report.read.run import ends_of
 from gsiirl.report.read.verdict import RULE, SeedValues, Verdict, judge_difference
 from gsiirl.report.words.numbers import format_difference, format_number
 from gsiirl.runs import RunFolder, Summary
@@ -41,11 +42,8 @@ class SweptRun:
         summary = folder.summary()
         if summary is None or not summary.completed:
             return None
-        metrics = folder.metrics()
-        last = metrics.filter(metrics["iteration"] == metrics["iteration"].max()).sort("seed")
-        ends = {name: last[name].to_numpy() for name in last.columns if name not in ("seed", "iteration")}
         settings = {name: value for name, value in folder.config.items() if name != "format_version"}
-        return cls(settings, summary, ends)
+        return cls(settings, summary, ends_of(folder.metrics()))
 
 
 @dataclass(frozen=True)
