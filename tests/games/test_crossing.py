@@ -41,3 +41,21 @@ def test_a_policy_is_told_what_share_of_the_episode_is_over():
     told = play(Crossing(horizon=4), policies, CrossingState(Sides(nothing, nothing)))
     np.testing.assert_array_equal(told.actions.learner[:, 0], [0.0, 0.25, 0.5, 0.75])
     np.testing.assert_allclose(told.following.positions.learner[:, 0], [0.0, 0.025, 0.075, 0.15], atol=1e-7)
+
+
+def test_an_episode_goes_on_from_what_each_step_led_to():
+    game = Crossing(horizon=6)
+    ways = Sides(lambda seen, time: 0.3 + 0.1 * seen[:2], lambda seen, time: -0.2 * seen[2:] + time)
+    start = game.reset(jax.random.key(1))
+    episode = play(game, ways, start)
+    state = start
+    for step in range(6):
+        at, to, actions = (
+            jax.tree.map(lambda leaf, step=step: leaf[step], part)
+            for part in (episode.state.positions, episode.following.positions, episode.actions)
+        )
+        np.testing.assert_array_equal(at.learner, state.positions.learner)
+        np.testing.assert_array_equal(at.expert, state.positions.expert)
+        state = game.step(state, actions)
+        np.testing.assert_allclose(to.learner, state.positions.learner, rtol=1e-6)
+        np.testing.assert_allclose(to.expert, state.positions.expert, rtol=1e-6)

@@ -191,20 +191,17 @@ class Pathwise(eqx.Module):
         if noise is None:
             episodes = episodes_from(self.game, policies, starts)
         else:
+            sizes = self.game.action_size
+            shape = (self.batch, self.game.horizon, sizes.learner + sizes.expert)
+            shakes = noise * jax.random.normal(noise_key, shape, jnp.float32)
 
-            def episode(start: PyTree, key: PRNGKeyArray) -> Transition:
-                sizes, keys = self.game.action_size, jax.random.split(key)
-                shaking = Sides(
-                    NoisyPolicy(policies.learner, noise * self._shake(keys[0], sizes.learner)),
-                    NoisyPolicy(policies.expert, noise * self._shake(keys[1], sizes.expert)),
-                )
+            def episode(start: PyTree, shake: Array) -> Transition:
+                ours, theirs = jnp.split(shake, [sizes.learner], axis=1)
+                shaking = Sides(NoisyPolicy(policies.learner, ours), NoisyPolicy(policies.expert, theirs))
                 return play(self.game, shaking, start)
 
-            episodes = jax.vmap(episode)(starts, jax.random.split(noise_key, self.batch))
+            episodes = jax.vmap(episode)(starts, shakes)
         return jax.tree.map(lambda reward: mean_return(reward, episodes, self.discount), rewards)
-
-    def _shake(self, key: PRNGKeyArray, actions: int) -> Float[Array, "T A"]:
-        return jax.random.normal(key, (self.game.horizon, actions), jnp.float32)
 
     def responded(self, response: Ascent, gradient: PyTree) -> Ascent:
         """One step of the expert along `gradient`."""

@@ -11,6 +11,27 @@ _FIRST_ACTIONS = 0.1
 """Scale of the last layer at the start: first actions are small, where the outer tanh is not saturated."""
 
 
+@jax.custom_vjp
+def _tanh(value: Array) -> Array:
+    """tanh, whose derivative 1 − tanh² is computed from its value on the way back.
+
+    JAX would keep both for every step of an episode: twice the memory to go through, and a sixth of an ascent's time.
+    """
+    return jnp.tanh(value)
+
+
+def _tanh_and_itself(value: Array) -> tuple[Array, Array]:
+    result = jnp.tanh(value)
+    return result, result
+
+
+def _tanh_back(result: Array, change: Array) -> tuple[Array]:
+    return (change * (1.0 - result * result),)
+
+
+_tanh.defvjp(_tanh_and_itself, _tanh_back)
+
+
 class PolicyNetwork(eqx.Module):
     """π(o, t/T) = tanh(network of two hidden tanh layers) ∈ [−1, 1]^A, deterministic.
 
@@ -32,13 +53,13 @@ class PolicyNetwork(eqx.Module):
         return cls(tuple(layers))
 
     def __call__(self, observation: Float[AnyArray, " o"], time: Number) -> Float[Array, " A"]:
-        return jnp.tanh(self.intention(observation, time))
+        return _tanh(self.intention(observation, time))
 
     def intention(self, observation: Float[AnyArray, " o"], time: Number) -> Float[Array, " A"]:
         """The action before the outer tanh."""
         value = jnp.concatenate([observation, jnp.asarray(time, observation.dtype)[None]])
         for layer in self.layers[:-1]:
-            value = jnp.tanh(layer(value))
+            value = _tanh(layer(value))
         return self.layers[-1](value)
 
 
@@ -51,4 +72,4 @@ class NoisyPolicy(eqx.Module):
     def __call__(self, observation: Float[Array, " o"], time: Float[Array, ""]) -> Float[Array, " A"]:
         steps = self.noise.shape[0]
         step = jnp.round(time * steps).astype(jnp.int32)
-        return jnp.tanh(self.policy.intention(observation, time) + self.noise[step])
+        return _tanh(self.policy.intention(observation, time) + self.noise[step])

@@ -57,7 +57,7 @@ class Deception(AbstractContinuousGame[DeceptionState]):
 
     def reset(self, key: PRNGKeyArray) -> DeceptionState:
         place_key, landmark_key, target_key = jax.random.split(key, 3)
-        target = jax.random.randint(target_key, (), 0, 2)
+        target = jax.random.bernoulli(target_key).astype(jnp.int32)
         return DeceptionState(
             positions=jax.random.uniform(place_key, (3, 2), jnp.float32, -1.0, 1.0),
             velocities=jnp.zeros((3, 2), jnp.float32),
@@ -79,7 +79,7 @@ class Deception(AbstractContinuousGame[DeceptionState]):
         adversary, first, second = state.positions
 
         def relative(own: Array, *others: Array) -> Array:
-            return jnp.concatenate([other - own for other in others])
+            return (jnp.stack(others) - own[None]).ravel()
 
         landmarks = tuple(state.landmarks)
         return Sides(

@@ -40,17 +40,19 @@ def initial_states(game: AbstractContinuousGame, key: PRNGKeyArray, number: int)
 def play(game: AbstractContinuousGame, policies: Sides[Policy], start: PyTree) -> Transition:
     """The episode of a continuous game from `start`: T steps; `vmap` over starts for more."""
 
-    def one_step(state: PyTree, time: Array) -> tuple[PyTree, Transition]:
+    def one_step(state: PyTree, time: Array) -> tuple[PyTree, tuple[Sides[Array], PyTree]]:
         observations = game.observe(state)
         actions = Sides(
             policies.learner(observations.learner, time),
             policies.expert(observations.expert, time),
         )
         following = game.step(state, actions)
-        return following, Transition(state, actions, following)
+        return following, (actions, following)
 
     times = jnp.arange(game.horizon, dtype=jnp.float32) / game.horizon
-    return jax.lax.scan(one_step, start, times)[1]
+    actions, following = jax.lax.scan(one_step, start, times)[1]
+    states = jax.tree.map(lambda first, rest: jnp.concatenate([first[None], rest[:-1]]), start, following)
+    return Transition(states, actions, following)
 
 
 def episodes_from(game: AbstractContinuousGame, policies: Sides[Policy], starts: PyTree) -> Transition:
