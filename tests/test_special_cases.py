@@ -3,6 +3,7 @@
 import itertools
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import equinox as eqx
 import jax
@@ -17,12 +18,13 @@ from special_case_oracles import CausalEntropy, soft_minimax, stage
 from gsiirl import GSIIRL, Problem, RespondingExpert
 from gsiirl.equilibria.response import respond
 from gsiirl.experiments.game.examples import EXAMPLES
-from gsiirl.games import TabularGame
+from gsiirl.games import DensePayoff, TabularGame
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
 from gsiirl.irl.inference import MatchingLevel, MatchingState
 from gsiirl.irl.memory import Memory, Played
 from gsiirl.irl.posterior import Inference
 from gsiirl.rewards.linear import Linear, TabularFeatures
+from gsiirl.types import Sides
 
 STATES, ACTIONS, HORIZON, DISCOUNT, DEVIATION = 4, 3, 5, 0.9, 3.0
 
@@ -66,6 +68,26 @@ class ClassicMaximumCausalEntropy:
             flat = flat - np.linalg.solve(np.array(rows), self.loss(flat)[1])
         assert np.abs(self.loss(flat)[1]).max() < 1e-6
         return flat
+
+
+def test_the_planner_is_that_of_a_published_library() -> None:
+    # imitation 1.0.1, recorded by scripts/record_imitation.py: no discount, temperature 1, a reward of the state alone.
+    recorded = np.load(Path(__file__).parent / "data" / "imitation_mce.npz")
+    horizon, states = recorded["values"].shape
+    actions, random = recorded["policy"].shape[2], np.random.default_rng(0)
+    transitions = random.dirichlet(np.full(states, 0.05), (states, actions))
+    start, reward = random.dirichlet(np.ones(states)), random.normal(size=states)
+    game = TabularGame.from_arrays(transitions[:, None], initial=start, horizon=horizon)
+    payoff = DensePayoff(jnp.asarray(np.broadcast_to(reward[:, None, None], (states, 1, actions))))
+    alone = jnp.ones((horizon, states, 1))
+    answer = jax.jit(respond)(game, alone, payoff, 1.0, 1.0)
+    np.testing.assert_allclose(answer.values, recorded["values"], atol=1e-12)
+    np.testing.assert_allclose(answer.policy[:2], recorded["policy"], atol=1e-12)
+    at, visits = jnp.asarray(start), 0.0
+    for policy in answer.policy:
+        visits = visits + at
+        at = game.advance(at, Sides(alone[0], policy))
+    np.testing.assert_allclose(visits, recorded["occupancy"], atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -18,7 +18,8 @@ class TabularGame(AbstractTabularGame):
 
     `successors` (S, A_l, A_e, K) are state indices, `probabilities` (S, A_l, A_e, K) sum to one over K, `initial` (S,)
     is P0, `horizon` is T. `learner_actions` (S, A_l) and `expert_actions` (S, A_e) say which actions may be chosen, and
-    `terminal` (S,) in which states an episode is over; None stands for all actions, and for no such state.
+    `terminal` (S,) in which states an episode is over; None stands for all actions, and for no such state. Where
+    `dense` is set, the k-th successor is state k everywhere, and expectations are matrix products.
 
     The arrays are NumPy's, in double precision whatever JAX is set to.
     """
@@ -30,6 +31,7 @@ class TabularGame(AbstractTabularGame):
     learner_actions: Bool[AnyArray, "S A_l"] | None = None
     expert_actions: Bool[AnyArray, "S A_e"] | None = None
     terminal_states: Bool[AnyArray, " S"] | None = None
+    dense: bool = eqx.field(static=True, default=False)
 
     @classmethod
     def from_arrays(
@@ -64,10 +66,12 @@ class TabularGame(AbstractTabularGame):
         if start.shape != (states,):
             raise InputError("initial", f"has shape {start.shape}", f"give one probability a state: shape ({states},)")
         over = _states_of(terminal, states)
+        dense = successors.shape[3] == states and bool((successors == np.arange(states)).all())
         if over is not None:
             # Nothing happens after the end, so that a terminal state follows itself.
-            successors = np.where(over[:, None, None, None], np.arange(states)[:, None, None, None], successors)
-            probabilities = np.where(over[:, None, None, None], np.arange(successors.shape[3]) == 0, probabilities)
+            ended, each = over[:, None, None, None], np.arange(states)[:, None, None, None]
+            probabilities = np.where(ended, np.arange(successors.shape[3]) == (each if dense else 0), probabilities)
+            successors = successors if dense else np.where(ended, each, successors)
         _check_distributions("transitions", probabilities)
         _check_distributions("initial", start)
         return cls(
@@ -78,6 +82,7 @@ class TabularGame(AbstractTabularGame):
             learner_actions=_actions_of("learner_actions", learner_actions, (states, learner_count), over),
             expert_actions=_actions_of("expert_actions", expert_actions, (states, expert_count), over),
             terminal_states=over,
+            dense=dense,
         )
 
     @property
@@ -94,10 +99,14 @@ class TabularGame(AbstractTabularGame):
         return None if self.terminal_states is None else jnp.asarray(self.terminal_states)
 
     def continuation(self, values: Float[Array, " S"]) -> DensePayoff:
+        if self.dense:
+            return DensePayoff(self.probabilities @ values)
         return DensePayoff(jnp.sum(self.probabilities * values[self.successors], axis=-1))
 
     def advance(self, distribution: Float[Array, " S"], policies: Sides[Float[Array, "..."]]) -> Float[Array, " S"]:
         joint = jnp.einsum("s,sl,se->sle", distribution, policies.learner, policies.expert)
+        if self.dense:
+            return joint.ravel() @ self.probabilities.reshape(joint.size, -1)
         return jnp.zeros_like(distribution).at[self.successors].add(joint[..., None] * self.probabilities)
 
     def reset(self, key: PRNGKeyArray) -> Int[Array, ""]:

@@ -82,6 +82,7 @@ def test_a_run_of_the_crossing_records_what_its_report_shows(crossing):
         *("truth_collision_rate", "truth_goal_rate_robot", "truth_goal_rate_human"),
         *("expert_reward_pearson", "expert_reward_epic", "dependent_reward_pearson", "expert_trajectories"),
         *("expert_reward_pearson_played", "feature_gap", "feature_gap_noise"),
+        *("expert_reward_spearman", "expert_reward_starc", "expert_reward_epic_played"),
     }
     assert shown <= set(metrics.columns)
     assert metrics["iteration"].to_list() == [*range(4)] * 2

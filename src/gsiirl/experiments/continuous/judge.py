@@ -10,7 +10,7 @@ from jaxtyping import Array, PRNGKeyArray
 
 from gsiirl.equilibria.pathwise import policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.evaluation.transition_similarity import epic, pearson
+from gsiirl.evaluation.transition_similarity import epic, pearson, spearman, starc
 from gsiirl.evaluation.true_returns import EVALUATION_KEY
 from gsiirl.evaluation.truth import named
 from gsiirl.experiments.continuous.config import ContinuousConfig
@@ -18,9 +18,11 @@ from gsiirl.experiments.continuous.experiment import ContinuousExperiment, front
 from gsiirl.experiments.prepared_run import Record
 from gsiirl.games.rollout import episodes_from
 from gsiirl.irl.feature_gap import gaps_of_episodes
+from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import Sides, Transition
 
-COMPARED = 4000
+COMPARED, VISITED = 4000, 250
+"""Transitions that rewards are correlated over, and states of deployed episodes that STARC compares them from."""
 SAMPLE_PATHS = 12
 
 
@@ -36,6 +38,9 @@ class Judge:
             config.evaluation_episodes,
         )
         _, sample_key, self._key = jax.random.split(jax.random.key(EVALUATION_KEY), 3)
+        visited_key, self._starc_key = jax.random.split(jax.random.fold_in(sample_key, 1))
+        steps = config.evaluation_episodes * config.horizon
+        self._visited = jax.random.choice(visited_key, steps, (min(VISITED, steps),), replace=False)
         self._sample = jax.vmap(experiment.anywhere)(jax.random.split(sample_key, COMPARED))
 
     def play(
@@ -54,18 +59,22 @@ class Judge:
         """How right θ_e is, and how the modelled expert's features differ from the real one's."""
         reward, discount = self.experiment.problem.expert_reward, self.config.discount
         steps = jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), real)
-
-        def alike(sample: Transition) -> Array:
-            return pearson(lambda seen: reward(parameters, seen), self.experiment.true_expert_reward, sample)
-
-        correlation = alike(self._sample)
+        visited = jax.tree.map(lambda leaf: leaf[self._visited], steps.state)
+        both: tuple[TransitionReward, TransitionReward] = (
+            lambda seen: reward(parameters, seen),
+            self.experiment.true_expert_reward,
+        )
+        correlation, played = pearson(*both, self._sample), pearson(*both, steps)
 
         gaps = gaps_of_episodes(reward, parameters, modelled, real, discount)
         spread = jnp.sqrt(jnp.sum(jnp.var(gaps, axis=0)) / self.config.trajectories)
         return {
             "expert_reward_pearson": correlation,
+            "expert_reward_spearman": spearman(*both, self._sample),
             "expert_reward_epic": epic(correlation),
-            "expert_reward_pearson_played": alike(steps),
+            "expert_reward_starc": starc(*both, self.true.game, visited, self._starc_key, discount),
+            "expert_reward_pearson_played": played,
+            "expert_reward_epic_played": epic(played),
             "feature_gap": jnp.linalg.norm(jnp.mean(gaps, axis=0)),
             "feature_gap_noise": spread,
             **self.experiment.judge_reward(parameters),

@@ -11,6 +11,8 @@ from gsiirl.experiments.plans.planned_run import PlannedRun
 from gsiirl.experiments.security.config import SecurityConfig
 
 ALGORITHMS = ("gsiirl", "paper", "ma-irl", "marl")
+OF_FINITE_GAMES = ("lin2019",)
+"""Algorithms of finite games alone; a quick comparison leaves them out."""
 
 
 class ReproducedGame(NamedTuple):
@@ -56,7 +58,8 @@ def plan(out: Path, seeds: int, quick: bool, maddpg: bool) -> list[PlannedRun]:
 
 def _runs(game: ReproducedGame, quick: bool, maddpg: bool) -> Iterator[tuple[str, dict[str, Any]]]:
     fields = {**game.fields, **(game.quick or {})} if quick else dict(game.fields)
-    for algorithm in ALGORITHMS:
+    finite = game.kind is SecurityConfig
+    for algorithm in ALGORITHMS + (OF_FINITE_GAMES if finite and not quick else ()):
         yield algorithm, {**fields, "algorithm": algorithm}
-    if maddpg and game.kind is not SecurityConfig:
+    if maddpg and not finite:
         yield "marl-maddpg", {**fields, "algorithm": "marl", "solver": "maddpg"}

@@ -12,7 +12,7 @@ CORRELATIONS = {
         "expert_reward_epic_identified",
         "expert_reward_starc_identified",
     ),
-    "expert_reward_pearson_played": ("expert_reward_pearson_played",),
+    "expert_reward_pearson_played": ("expert_reward_pearson_played", "expert_reward_epic_played"),
     "dependent_reward_pearson": ("dependent_reward_pearson",),
 }
 """By correlation: the metrics that are made of it."""

@@ -48,6 +48,7 @@ METRICS = {
     "expert_reward_epic": MetricWords(
         "EPIC distance", "0: the same reward up to scale and a constant; 0.71: unrelated; 1: the opposite"
     ),
+    "expert_reward_epic_played": MetricWords("EPIC where they go", "the same, over the steps of the deployed episodes"),
     "expert_reward_starc": MetricWords(
         "STARC distance", "likewise, up to scale and shaping by a potential, with the game's own transitions"
     ),
