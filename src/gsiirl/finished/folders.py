@@ -8,14 +8,20 @@ from gsiirl.runs.files.atomic import refuse_unwritable
 
 
 def run_folders(folders: Iterable[Path]) -> list[Path]:
-    """The folders of runs and findings named, with those directly below a folder that is none itself; each once."""
+    """The folders of runs and findings named, each once; of a folder that is none itself, those that it holds.
+
+    It holds those directly below it or, where there are none, those one folder further down.
+
+    Raises:
+        InputError: a folder cannot be read, or neither is nor holds a run.
+    """
     found: dict[Path, None] = {}
     mend = "give the --out folder of a run"
     for folder in folders:
         try:
             if not folder.is_dir():
                 raise InputError(str(folder), "is no folder", mend)
-            runs = [folder] if is_run(folder) else sorted(below for below in folder.iterdir() if is_run(below))
+            runs = [folder] if is_run(folder) else _runs_below(folder) or _runs_further_down(folder)
         except OSError as error:
             raise InputError(str(folder), f"cannot be read ({error.strerror})", mend) from error
         if not runs:
@@ -39,3 +45,11 @@ def new_folder(field: str, folder: Path) -> None:
 def is_run(folder: Path) -> bool:
     """Whether it is a folder of a run, or of what `gsiirl theory` found."""
     return any((folder / name).is_file() for name in ("config.json", "theory.json"))
+
+
+def _runs_below(folder: Path) -> list[Path]:
+    return sorted(below for below in folder.iterdir() if is_run(below))
+
+
+def _runs_further_down(folder: Path) -> list[Path]:
+    return [run for below in sorted(folder.iterdir()) if below.is_dir() for run in _runs_below(below)]

@@ -18,6 +18,7 @@ from gsiirl.runs import GIVEN_THE_REWARDS, LearnedParameters, RunFolder, Summary
 from gsiirl.runs.files.damage import START_AGAIN
 from gsiirl.runs.files.numbers import LARGEST
 from gsiirl.runs.policies import DRAWS
+from gsiirl.runs.summary import last_iterations
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ def _expert_draws(folder: RunFolder, learned: LearnedParameters | None, summary:
 
 def ends_of(metrics: polars.DataFrame) -> dict[str, np.ndarray]:
     """Per metric the last value of every seed, in the order of the seeds; NaN where there is no number."""
-    last = metrics.group_by("seed", maintain_order=True).last().sort("seed").drop("seed", "iteration")
+    last = last_iterations(metrics).drop("seed", "iteration")
     return {name: last[name].cast(float).fill_null(np.nan).to_numpy() for name in last.columns}
 
 
