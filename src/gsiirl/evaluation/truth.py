@@ -12,7 +12,7 @@ from gsiirl.equilibria.response import respond
 from gsiirl.evaluation.commitment import SHARPER, equilibrium, extremes
 from gsiirl.games.base import AbstractTabularGame, uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
+from gsiirl.irl.expectations import expected_return, reward_gradient_expectation, state_distributions
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Policies, Sides
 
@@ -88,17 +88,29 @@ class Truth(eqx.Module):
             "nash_gap": nash_gap(self.game, self.rewards, policies, self.discount),
         }
 
-    def feature_gap(
+    def misfit(
         self, learner_policy: Float[Array, "T S A_l"], reward: Linear, parameters: Float[Array, " m"]
-    ) -> Float[Array, ""]:
-        """What the estimate misses: ‖μ_e(π_l, respond(π_l, r^θ_e)) − μ_e(π_l, true expert)‖ / scale, in features."""
-        modelled = respond(self.game, learner_policy, reward.payoff(parameters), self.temperature, self.discount).policy
+    ) -> dict[str, Float[Array, ""]]:
+        """How far the answers predicted by an estimate are from the true expert's.
+
+        `feature_gap`: ‖μ_e(π_l, π̂_e) − μ_e(π_l, π_e)‖ / scale, in features, where π̂_e = respond(π_l, r^θ_e) and π_e is
+        the true expert. `log_likelihood_lost`: E^(π_l, π_e)[Σ_t ln π_e,t(a_e | s) − ln π̂_e,t(a_e | s)], in nats an
+        episode; what episodes that were not learned from lose in log-likelihood by the error of θ_e. Both are 0 at
+        the truth, and neither is below.
+        """
+        modelled = respond(self.game, learner_policy, reward.payoff(parameters), self.temperature, self.discount)
+        true = respond(self.game, learner_policy, self.rewards.expert, self.temperature, self.discount)
+        met = Sides(learner_policy, true.policy)
         difference = reward_gradient_expectation(
-            self.game, reward, Sides(learner_policy, modelled), self.discount
-        ) - reward_gradient_expectation(
-            self.game, reward, Sides(learner_policy, self.expert_response(learner_policy)), self.discount
-        )
-        return jnp.linalg.norm(difference) / reward.scale
+            self.game, reward, Sides(learner_policy, modelled.policy), self.discount
+        ) - reward_gradient_expectation(self.game, reward, met, self.discount)
+        # From action values, since a probability of 0 has no logarithm.
+        true_log, modelled_log = (jax.nn.log_softmax(each.action_values) for each in (true, modelled))
+        lost = jnp.sum(true.policy * (true_log - modelled_log), axis=-1)
+        return {
+            "feature_gap": jnp.linalg.norm(difference) / reward.scale,
+            "log_likelihood_lost": jnp.vdot(state_distributions(self.game, met), lost),
+        }
 
 
 def named(prefix: str, returns: Sides[Float[Array, ""]]) -> dict[str, Float[Array, ""]]:

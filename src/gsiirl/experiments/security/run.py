@@ -283,7 +283,7 @@ class _Judge:
             **self._truth.evaluate(policies),
             "regret": self.regret(policies.learner),
             **self._alike(expert_parameters),
-            "feature_gap": self._truth.feature_gap(policies.learner, Linear(self._features, scale), expert_parameters),
+            **self._truth.misfit(policies.learner, Linear(self._features, scale), expert_parameters),
         }
 
     def _alike(self, expert_parameters: Array) -> Record:

@@ -80,6 +80,11 @@ METRICS = {
     ),
     "exploitability_expert": MetricWords("exploitability, expert", "the same in the expert's place", "share"),
     "feature_gap": MetricWords("feature gap", "distance of expected and demonstrated features"),
+    "log_likelihood_lost": MetricWords(
+        "log-likelihood lost",
+        "what an episode of the true expert's answers that was not learned from loses, in nats, by the error of the "
+        "learned reward; 0 is perfect",
+    ),
     "feature_gap_noise": MetricWords(
         "feature gap of sampling alone", "what the gap would be if the reward were right: the rest of it is misfit"
     ),
