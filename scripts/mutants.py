@@ -125,6 +125,9 @@ def tried(root: Path, mutant: Mutant) -> tuple[str, str]:
     change = " -> ".join(next(((old.strip(), new.strip()) for old, new in pairs if old != new), ("", "")))
     path.write_text(after)
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-m", "not slow", "-p", "no:cacheprovider"]
+    # The module's own tests first: they kill it soonest.
+    own = Path("tests", *path.relative_to(root / "src/gsiirl").parts[:-1], f"test_{path.name}")
+    command += [str(own)] if (root / own).is_file() else []
     command += [f"tests/{mutant.folder}"]
     try:
         environment = os.environ | {"PYTHONPATH": str(root / "src")}

@@ -90,6 +90,24 @@ def test_the_planner_is_that_of_a_published_library() -> None:
     np.testing.assert_allclose(visits, recorded["occupancy"], atol=1e-12)
 
 
+def test_estimate_and_errors_are_those_of_a_published_library_where_the_horizon_is_long_and_the_prior_flat() -> None:
+    # econirl 0.1.1, recorded by scripts/record_econirl.py: discount 0.3, no end, no prior. Ours plans to step 100.
+    recorded = np.load(Path(__file__).parent / "data" / "econirl_nfxp.npz")
+    counts = jnp.asarray(recorded["counts"])
+    transitions = recorded["transitions"]
+    start = np.full(len(transitions), 1 / len(transitions))
+    game = TabularGame.from_arrays(transitions[:, None], initial=start, horizon=len(counts))
+    model = ConditionalLikelihood(game, TabularFeatures(table=recorded["features"][:, None], names=()), 0.3)
+    inference = jax.tree.map(jnp.asarray, Inference(model, np.asarray(1e4), 1e-8))
+    seen = Seen(jnp.ones((*counts.shape[:2], 1)), counts)
+    memory = Memory.empty(1, seen).remember(jax.random.key(0), seen)
+    found = eqx.filter_jit(inference.fit)(inference.start(jnp.dtype(float)), memory, jax.random.key(0))
+    assert bool(found.converged)
+    errors = np.sqrt(np.diag(np.linalg.inv(np.asarray(found.precision))))
+    np.testing.assert_allclose(found.mean, recorded["estimate"], rtol=2e-3)
+    np.testing.assert_allclose(errors, recorded["errors"], rtol=2e-3)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_where_the_game_ignores_the_learner_the_estimate_is_that_of_classic_inverse_reinforcement_learning(
     seed: int,
