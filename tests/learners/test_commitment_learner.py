@@ -73,6 +73,12 @@ def test_larger_games_have_fewer_draws() -> None:
         assert GSIIRL(problem_of(GAME, game=tabular(GAME, horizon=horizon))).learner(4).draws == draws
 
 
+def test_intervals_rest_on_eight_draws_for_each_that_the_learner_weighs() -> None:
+    learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME)).learner(4))
+    draws = eqx.filter_eval_shape(lambda key: learner.posterior_draws(learner.init(key), key), KEY)
+    assert draws.shape == (8 * 48, GAME.expert.size)
+
+
 @pytest.mark.parametrize(("effective", "sampled"), [(4.7, True), (4.9, False)])
 def test_below_a_tenth_of_effective_draws_chains_take_their_place(
     effective: float, sampled: bool, monkeypatch: pytest.MonkeyPatch
