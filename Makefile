@@ -4,6 +4,8 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 LOCK   := requirements/dev.txt
+# Tests start hundreds of processes. What these import is compiled once, also where the shell says not to.
+export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: setup demo test test-all lint check docs docs-links bench lock release-check clean
 

@@ -130,7 +130,8 @@ def tried(root: Path, mutant: Mutant) -> tuple[str, str]:
     command += [str(own)] if (root / own).is_file() else []
     command += [f"tests/{mutant.folder}"]
     try:
-        environment = os.environ | {"PYTHONPATH": str(root / "src")}
+        # No compiled module may outlive the change it was compiled from.
+        environment = os.environ | {"PYTHONPATH": str(root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
         finished = subprocess.run(command, cwd=root, capture_output=True, timeout=LIMIT, check=False, env=environment)
         outcome = "survived" if finished.returncode == 0 else "killed"
     except subprocess.TimeoutExpired:
