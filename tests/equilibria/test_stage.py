@@ -223,6 +223,28 @@ def test_where_uniqueness_is_certified_no_second_equilibrium_is_found(shape, see
     assert np.ptp(found, axis=0).max() <= 1e-6
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_where_a_match_helps_one_side_and_hurts_the_other_one_equilibrium_is_certified_at_every_temperature(sign):
+    random = np.random.default_rng(0)
+    own, match = random.normal(size=(2, 100, 4)), sign * random.uniform(0.1, 2.0, size=(2, 100, 3))
+    nothing = jnp.zeros((100, 4))
+    payoffs = Sides(
+        MatchingPayoff(jnp.asarray(own[0]), nothing, jnp.asarray(match[0])),
+        MatchingPayoff(nothing, jnp.asarray(own[1]), jnp.asarray(-match[1])),
+    )
+    for inverse in (0.1, 1.0, 10.0, 100.0):
+        assert np.all(certified(payoffs, jnp.full(100, inverse)))
+
+
+def test_newton_ends_where_no_step_helps_any_more():
+    payoff = MatchingPayoff(jnp.asarray([0.1, 0.0]), jnp.zeros(2), jnp.ones(2))
+    payoffs = Sides(payoff, payoff)
+    # No residual is below -1, so that steps get shorter to the end.
+    found = jax.jit(newton_module.newton)(payoffs, jnp.asarray(2.0), uniform(payoffs), -1.0, jnp.asarray(True), ALL)
+    assert 5e-7 < float(found.length) <= 1e-6
+    assert int(found.steps) < newton_module.NEWTON_STEPS
+
+
 def test_a_coordination_game_with_three_equilibria_is_not_certified():
     payoff = MatchingPayoff(jnp.asarray([[0.1, 0.0]]), jnp.zeros((1, 2)), jnp.ones((1, 2)))
     [matrix] = np.asarray(payoff.dense())

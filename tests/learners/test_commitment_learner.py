@@ -177,6 +177,38 @@ def test_how_many_starts_the_searches_have(monkeypatch: pytest.MonkeyPatch) -> N
     assert found == {"near": 3, "iteration": 2 * 10, "end": 4 + 2 * 10 + 2 * 10}
 
 
+@pytest.mark.parametrize(("horizon", "draws", "last"), [(3, 48, 8 + 8), (SMALL // 15 + 1, 12 // 2, 4 + 4)])
+def test_large_games_draw_half_in_an_iteration_and_end_with_half_as_many_candidates(
+    horizon: int, draws: int, last: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class SeenError(Exception):
+        """Ends what is traced where its size is known."""
+
+    def drawn(inference: Any, posterior: Any, memory: Any, number: int, key: Any) -> None:
+        raise SeenError(number)
+
+    def best(search: Any, objective: Any, starts: Any, *rest: Any) -> Any:
+        return starts.logits, None
+
+    def ascend(search: Any, objective: Any, starts: Any, believed: Any) -> None:
+        raise SeenError(len(starts.temperature))
+
+    game = tabular(GAME, horizon=horizon)
+    learner = jax.tree.map(jnp.asarray, GSIIRL(problem_of(GAME, game=game)).learner(50))
+    expert = jax.tree.map(jnp.asarray, replace(expert_of(GAME), game=game))
+    state = eqx.filter_eval_shape(learner.init, KEY)
+    seen = eqx.filter_eval_shape(lambda at: expert.meet(None, learner.propose(at), 5, KEY)[1], state)
+    with monkeypatch.context() as patched, pytest.raises(SeenError) as found:
+        patched.setattr(Inference, "draws", drawn)
+        eqx.filter_eval_shape(learner.update, state, seen, KEY)
+    assert found.value.args == (draws,)
+    monkeypatch.setattr(Search, "best", best)
+    monkeypatch.setattr(Search, "ascend", ascend)
+    with pytest.raises(SeenError) as found:
+        eqx.filter_eval_shape(learner.end, state, KEY)
+    assert found.value.args == (last,)
+
+
 def test_the_defender_of_a_network_earns_in_the_units_of_its_file() -> None:
     learner = tiny_problem().learner
     assert isinstance(learner, CommitmentLearner)

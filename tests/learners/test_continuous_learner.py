@@ -14,7 +14,7 @@ from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.experts.continuous_expert import ContinuousRespondingExpert
 from gsiirl.games import Crossing
 from gsiirl.games.rollout import episodes_from, initial_states
-from gsiirl.hypergradients import SPSA
+from gsiirl.hypergradients import SPSA, BilevelProblem, HessianVectorCG
 from gsiirl.irl.feature_gap import first_states, reward_gap
 from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps, growing_steps
 from gsiirl.learners import continuous_learner
@@ -331,6 +331,20 @@ def test_vmapped_seeds_equal_looped_seeds(lived):
     alone, _ = jax.jit(lambda seed: live(learner, seed, 5))(jnp.asarray(1))
     for name in ("commitment", "expert_parameters"):
         np.testing.assert_allclose(getattr(states, name)[1], getattr(alone, name), atol=1e-4)
+
+
+@pytest.mark.parametrize(("best", "reached"), [((0.3, -0.2), (0.3, -0.2)), ((3.0, 0.0), (1.0, 0.0))])
+def test_the_papers_steps_climb_f_and_stay_in_the_unit_ball(
+    best: tuple[float, float], reached: tuple[float, float]
+) -> None:
+    problem = BilevelProblem(lambda learner, expert: (-jnp.sum((learner - jnp.asarray(best)) ** 2), expert), 0.1)
+    steps = GradientSteps(HessianVectorCG("well_specified"), optax.sgd(0.2))
+    commitment, expert = jnp.zeros(2), jnp.zeros(1)
+    remembered = steps.init(commitment, expert)
+    for iteration in range(20):
+        at = jnp.asarray(iteration, jnp.int32)
+        commitment, remembered = steps.step(problem, commitment, expert, remembered, jax.random.key(0), at)
+    np.testing.assert_allclose(commitment, reached, atol=1e-3)
 
 
 def test_the_papers_learner_clones_nobody(lived):
