@@ -198,10 +198,11 @@ def test_large_games_draw_half_in_an_iteration_and_end_with_half_as_many_candida
     expert = jax.tree.map(jnp.asarray, replace(expert_of(GAME), game=game))
     state = eqx.filter_eval_shape(learner.init, KEY)
     seen = eqx.filter_eval_shape(lambda at: expert.meet(None, learner.propose(at), 5, KEY)[1], state)
-    with monkeypatch.context() as patched, pytest.raises(SeenError) as found:
-        patched.setattr(Inference, "draws", drawn)
+    monkeypatch.setattr(Inference, "draws", drawn)
+    with pytest.raises(SeenError) as found:
         eqx.filter_eval_shape(learner.update, state, seen, KEY)
     assert found.value.args == (draws,)
+    monkeypatch.undo()
     monkeypatch.setattr(Search, "best", best)
     monkeypatch.setattr(Search, "ascend", ascend)
     with pytest.raises(SeenError) as found:
