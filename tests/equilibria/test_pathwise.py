@@ -5,9 +5,10 @@ import pytest
 
 from gsiirl.equilibria.pathwise import Pathwise, policies_of, steps_taken
 from gsiirl.equilibria.policy_network import NoisyPolicy, PolicyNetwork
-from gsiirl.games import Crossing
+from gsiirl.games import Crossing, Deception
 from gsiirl.games.rollout import episodes_from
 from gsiirl.rewards import crossing as rewards
+from gsiirl.rewards import deception
 from gsiirl.rewards.continuous import mean_return
 from gsiirl.types import Sides
 
@@ -79,6 +80,18 @@ def test_each_side_follows_its_own_return_alone():
     assert all(jax.tree.leaves(same))
     assert all(jax.tree.leaves(jax.tree.map(np.array_equal, one.expert, other_learner.expert)))
     assert not all(jax.tree.leaves(jax.tree.map(np.array_equal, one.expert, other_expert.expert)))
+
+
+def test_sides_with_unlike_numbers_of_controls_shake_each_by_its_own():
+    solve = Pathwise.create(Deception(horizon=3), discount=0.9, batch=2, hidden=4, decay_steps=10, expert_steps=1)
+    wanted = Sides(deception.own_reward, deception.adversary_reward)
+
+    def stepped(key):
+        state = solve.init(key)
+        return state, solve.ascend(state, wanted, key, 1)[0]
+
+    before, after = jax.eval_shape(stepped, jax.random.key(0))
+    assert before == after
 
 
 def test_both_sides_learn_to_reach_their_goals():
