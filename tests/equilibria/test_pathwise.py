@@ -83,7 +83,9 @@ def test_each_side_follows_its_own_return_alone():
 
 
 def test_sides_with_unlike_numbers_of_controls_shake_each_by_its_own():
-    solve = Pathwise.create(Deception(horizon=3), discount=0.9, batch=2, hidden=4, decay_steps=10, expert_steps=1)
+    solve = Pathwise.create(
+        Deception(horizon=3), discount=0.9, batch=2, hidden=4, decay_steps=10, expert_steps=1, noise=0.5
+    )
     wanted = Sides(deception.own_reward, deception.adversary_reward)
 
     def stepped(key):
