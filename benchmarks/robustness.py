@@ -136,6 +136,8 @@ EXPERTS: dict[str, Callable[[World], Answer]] = {
     "expert (temperature 0.1)": lambda world: soft(world, 0.1),
     "a feature is missing": soft,
     "learner reads values at visits only": soft,
+    "values misread by 0.2": soft,
+    "values misread by 0.5": soft,
 }
 
 
@@ -193,12 +195,15 @@ def best(world: World, answer: Answer, starts: list[np.ndarray], seed: int) -> f
 def one(world: World, violation: str, seed: int, iterations: int, trajectories: int) -> dict[str, Any]:
     """One run."""
     answer = EXPERTS[violation](world)
+    # Every value of r_ld is read wrong by a number of its own, once and for all; r_ld has a deviation of 1.
+    misread = float(violation.removeprefix("values misread by ")) if violation.startswith("values misread") else 0.0
+    read = world.learner + misread * np.random.default_rng(seed + 10_000).normal(size=world.learner.shape)
     features = world.expert[..., :-1] if violation == "a feature is missing" else world.expert
     game = TabularGame.from_arrays(world.transitions, initial=np.full(STATES, 1 / STATES), horizon=HORIZON)
     problem = gsiirl.Problem(
         game,
         own_reward=np.zeros((STATES, LEARNER)),
-        dependent_value=world.learner,
+        dependent_value=read,
         discount=DISCOUNT,
         temperature=None if violation == "temperature unknown" else TEMPERATURE,
         expert_features={f"feature {place}": features[..., place] for place in range(features.shape[-1])},
