@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from gsiirl.errors import InputError
 from gsiirl.games import DensePayoff, TabularGame
 from gsiirl.games.base import uniform_policy
 from gsiirl.games.rollout import rollout
@@ -163,3 +164,16 @@ def test_rewards_of_a_payoff_are_those_of_its_array() -> None:
     played = policies()
     expected = np.einsum("sa,sb,sab->s", played.learner, played.expert, table)
     np.testing.assert_allclose(DensePayoff(table).expected(played.learner, played.expert), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("index", [-1, 2])
+def test_a_successor_that_is_no_state_is_refused_with_the_numbers_that_are(index: int) -> None:
+    with pytest.raises(InputError, match=r"give whole numbers from 0 to 1$"):
+        TabularGame.from_arrays((np.full((2, 2, 2, 1), index), np.ones((2, 2, 2, 1))), initial=[1.0, 0.0], horizon=1)
+
+
+@pytest.mark.parametrize("side", ["learner_actions", "expert_actions"])
+def test_a_state_in_which_a_side_may_do_nothing_is_refused(side: str) -> None:
+    mask = np.array([[True, True], [False, False]])
+    with pytest.raises(InputError, match=side):
+        TabularGame.from_arrays(np.full((2, 2, 2, 2), 0.5), initial=[1.0, 0.0], horizon=1, **{side: mask})

@@ -87,6 +87,8 @@ def test_the_estimate_is_the_maximum_and_the_prior_is_the_evidences(memory: Memo
     found = fitted(inference, memory)
     assert bool(found.converged)
     assert float(found.decrement) <= 1e-3
+    # It ends where it has converged.
+    assert int(found.steps) < 15
     fisher = np.asarray(eqx.filter_jit(inference.likelihood.fisher)(found.mean, memory))
     value, gradient = eqx.filter_jit(inference.likelihood.value_and_gradient)(found.mean, memory)
     alpha, theta = float(found.prior_precision), np.asarray(found.mean)
@@ -146,6 +148,21 @@ def test_an_old_fisher_information_leads_to_the_same_estimate(
     assert np.sqrt(away @ np.asarray(fresh.precision) @ away) < 3e-3
     np.testing.assert_allclose(stale.precision, fresh.precision, rtol=0, atol=0.1 * np.abs(fresh.precision).max())
     assert not np.array_equal(stale.precision, fresh.precision)
+
+
+def test_without_matrices_one_weight_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    inference, memory = one_shot(np.array([40.0, 60.0]), 3.0)
+    dense = fitted(inference, memory)
+    monkeypatch.setattr(posterior_module, "DENSE", 0)
+    # From 0, and from where a whole step leads too far.
+    begun = inference.start(jnp.dtype(float))
+    fit = eqx.filter_jit(lambda mean: inference.fit(eqx.tree_at(lambda at: at.mean, begun, mean), memory, KEY))
+    for mean in (0.0, 30.0):
+        free = fit(jnp.array([mean]))
+        assert free.precision is None
+        assert bool(free.converged)
+        np.testing.assert_allclose(free.mean, dense.mean, atol=1e-4)
+        np.testing.assert_allclose(free.log_density, dense.log_density, atol=1e-6)
 
 
 @pytest.mark.slow
