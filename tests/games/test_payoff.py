@@ -15,6 +15,7 @@ def random_matching(seed: int, learner_actions: int, expert_actions: int, matche
 def test_structured_answers_are_those_of_the_matrix(shape):
     payoff = random_matching(0, *shape)
     matrix = DensePayoff(payoff.dense())
+    assert payoff.number_of_actions == matrix.number_of_actions == shape[:2]
     random = np.random.default_rng(1)
     p, q = jnp.asarray(random.dirichlet(np.ones(shape[0]))), jnp.asarray(random.dirichlet(np.ones(shape[1])))
     np.testing.assert_allclose(payoff.learner_values(q), matrix.learner_values(q), atol=1e-14)

@@ -227,7 +227,7 @@ def chains(inference: Inference, memory: Memory[Seen], rounds: Array) -> Array:
     )
 
 
-@pytest.mark.parametrize(("counts", "deviation"), [([0.0, 3.0], 3.0), ([40.0, 60.0], 3.0)])
+@pytest.mark.parametrize(("counts", "deviation"), [([0.0, 3.0], 3.0), ([40.0, 60.0], 3.0), ([1.0, 1.0], 0.2)])
 def test_hamiltonian_draws_are_of_the_posterior_itself(counts: list[float], deviation: float) -> None:
     inference, memory = one_shot(np.array(counts), deviation)
     mean, spread = exact_moments(np.array(counts), deviation)
