@@ -76,7 +76,7 @@ def own_reward(transition: Transition) -> Float[Array, ""]:
 
 
 def dependent_reward(transition: Transition) -> Float[Array, ""]:
-    """r_ld: the human's mood about the robot; what the learner can read, not its formula."""
+    """r_ld: minus the discomfort that the robot causes the human. The learner can read its values, not its formula."""
     weights = jnp.asarray([COLLISION_PENALTY, 1.0, 0.0], jnp.float32)
     return -jnp.vdot(weights, nearness(transition)) - SLOW_PENALTY * slowness(transition)
 
