@@ -6,11 +6,15 @@ common constant in all costs is one. Unseen are the v with v' F v = 0, F the Fis
 policies in all states at all times.
 """
 
+from functools import partial
+
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from gsiirl.compilation import QUICKLY
 from gsiirl.games.base import learner_policy, uniform_policy
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood, Seen
 from gsiirl.irl.memory import Memory
@@ -24,23 +28,23 @@ UNSEEN = 1e-10
 
 def unseen_directions(likelihood: ConditionalLikelihood) -> Float[Array, "m k"]:
     """An orthonormal basis of the unseen directions; none where there are too many weights for a matrix."""
-    m, game = likelihood.number_of_weights, likelihood.game
-    if m > DENSE:
-        return jnp.zeros((m, 0))
-    uniform = uniform_policy(game)
-    keys = jax.random.split(jax.random.key(0), POLICIES)
-    # Sharp policies, so that what differs between the learner's actions is seen.
-    logits = [3.0 * jax.random.normal(key, uniform.shape, uniform.dtype) for key in keys]
-    once = jnp.full((*uniform.shape[:2], game.number_of_actions.expert), 1.0 / game.number_of_actions.expert)
-    memory = Memory.empty(POLICIES + 1, Seen(uniform, once)).remember(keys[0], Seen(uniform, once))
-    for key, each in zip(keys, logits, strict=True):
-        memory = memory.remember(key, Seen(learner_policy(game, each), once))
-    weights = jax.random.normal(jax.random.key(1), (m,), uniform.dtype)
-    information = np.asarray(_fisher(jax.tree.map(jnp.asarray, likelihood), weights, memory))
-    sizes, directions = np.linalg.eigh(information)
+    if likelihood.number_of_weights > DENSE:
+        return jnp.zeros((likelihood.number_of_weights, 0))
+    sizes, directions = np.linalg.eigh(np.asarray(_information(jax.tree.map(jnp.asarray, likelihood))))
     return jnp.asarray(directions[:, sizes <= UNSEEN * sizes[-1]])
 
 
-@jax.jit
-def _fisher(likelihood: ConditionalLikelihood, weights: Array, memory: Memory[Seen]) -> Float[Array, "m m"]:
+@partial(eqx.filter_jit, compiler_options=QUICKLY)
+def _information(likelihood: ConditionalLikelihood) -> Float[Array, "m m"]:
+    """F of answers to the uniform policy and to `POLICIES` random ones, each met once in every state at every time."""
+    game = likelihood.game
+    uniform = uniform_policy(game)
+    key = jax.random.key(0)
+    # Sharp policies, so that what differs between the learner's actions is seen.
+    logits = 3.0 * jax.random.normal(key, (POLICIES, *uniform.shape), uniform.dtype)
+    played = jnp.concatenate([uniform[None], jax.vmap(lambda each: learner_policy(game, each))(logits)])
+    actions = game.number_of_actions.expert
+    once = jnp.full((len(played), *uniform.shape[:2], actions), 1.0 / actions, uniform.dtype)
+    memory = Memory(Seen(played, once), jnp.asarray(len(played), jnp.int32))
+    weights = jax.random.normal(jax.random.key(1), (likelihood.number_of_weights,), uniform.dtype)
     return likelihood.fisher(weights, memory)

@@ -13,12 +13,15 @@ A factor (k, m) of each map is computed once, so that ‖factor θ‖² is the m
 comparison after that costs O(m²).
 """
 
+from functools import partial
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
+from gsiirl.compilation import QUICKLY
 from gsiirl.games.base import AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff
 from gsiirl.rewards.linear import AbstractFeatures
@@ -39,12 +42,21 @@ class RewardSimilarity(eqx.Module):
     @classmethod
     def of(cls, game: AbstractTabularGame, features: AbstractFeatures, discount: float) -> "RewardSimilarity":
         """Over the game's states, or an even spread of as many of them as make two million state-actions."""
+        actions = game.number_of_actions
+        states = max(1, min(game.number_of_states, _LARGEST_SAMPLE // (actions.learner * actions.expert)))
+        spread = np.unique(np.linspace(0, game.number_of_states - 1, states).round().astype(int))
+        return cls._over(game, features, jnp.asarray(discount, game.initial.dtype), jnp.asarray(spread))
+
+    @classmethod
+    @partial(eqx.filter_jit, compiler_options=QUICKLY)
+    def _over(
+        cls, game: AbstractTabularGame, features: AbstractFeatures, discount: Array, spread: Int[Array, " k"]
+    ) -> "RewardSimilarity":
+        """As one program: op by op, compiling it would take longer than all else."""
         actions, m = game.number_of_actions, features.number
         joint = actions.learner * actions.expert
-        states = max(1, min(game.number_of_states, _LARGEST_SAMPLE // joint))
-        spread = np.unique(np.linspace(0, game.number_of_states - 1, states).round().astype(int))
         learner, expert = (jnp.asarray(axis.ravel()) for axis in np.indices((actions.learner, actions.expert)))
-        lasting = min(float(discount), MOST_DISCOUNT)
+        lasting = jnp.minimum(discount, MOST_DISCOUNT)
         values, ahead = _values_of_uniform_play(game, features, lasting)
 
         def of_state(factors: tuple[Array, Array], state: Array) -> tuple[tuple[Array, Array], Array]:
@@ -55,7 +67,7 @@ class RewardSimilarity(eqx.Module):
             return (_stacked(factors[0], rows[0]), _stacked(factors[1], rows[1])), mean
 
         nothing = jnp.zeros((m, m), values.dtype)
-        (within, shaped), means = jax.lax.scan(of_state, (nothing, nothing), jnp.asarray(spread))
+        (within, shaped), means = jax.lax.scan(of_state, (nothing, nothing), spread)
         between = _stacked(nothing, means - jnp.mean(means, axis=0)[None, :]) * joint**0.5
         number = (len(spread) * joint) ** 0.5
         return cls(
@@ -92,7 +104,7 @@ class RewardSimilarity(eqx.Module):
 
 
 def _values_of_uniform_play(
-    game: AbstractTabularGame, features: AbstractFeatures, discount: float
+    game: AbstractTabularGame, features: AbstractFeatures, discount: Array
 ) -> tuple[Float[Array, "m S"], AbstractPayoff]:
     """V (m, S) of each feature where both sides play uniformly for ever, and E[V(s') given s, a] as payoffs (m, S)."""
     actions, dtype = game.number_of_actions, game.initial.dtype
