@@ -21,6 +21,8 @@ def test_a_continuous_game_that_lacks_a_method_cannot_be_made(lacking: str) -> N
     fields = {"__annotations__": {"horizon": int}, "horizon": 2}
     whole: Any = type("Whole", (AbstractContinuousGame,), fields | METHODS)
     assert repr(whole()) == "Whole(1 and 1 actions, 2 steps)"
-    partial: Any = type("Partial", (AbstractContinuousGame,), fields | {k: v for k, v in METHODS.items() if k != lacking})
+    partial: Any = type(
+        "Partial", (AbstractContinuousGame,), fields | {k: v for k, v in METHODS.items() if k != lacking}
+    )
     with pytest.raises(TypeError, match=lacking):
         partial()

@@ -8,7 +8,6 @@ policies in all states at all times.
 
 from functools import partial
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -34,7 +33,7 @@ def unseen_directions(likelihood: ConditionalLikelihood) -> Float[Array, "m k"]:
     return jnp.asarray(directions[:, sizes <= UNSEEN * sizes[-1]])
 
 
-@partial(eqx.filter_jit, compiler_options=QUICKLY)
+@partial(jax.jit, compiler_options=QUICKLY)
 def _information(likelihood: ConditionalLikelihood) -> Float[Array, "m m"]:
     """F of answers to the uniform policy and to `POLICIES` random ones, each met once in every state at every time."""
     game = likelihood.game

@@ -45,36 +45,7 @@ class RewardSimilarity(eqx.Module):
         actions = game.number_of_actions
         states = max(1, min(game.number_of_states, _LARGEST_SAMPLE // (actions.learner * actions.expert)))
         spread = np.unique(np.linspace(0, game.number_of_states - 1, states).round().astype(int))
-        return cls._over(game, features, jnp.asarray(discount, game.initial.dtype), jnp.asarray(spread))
-
-    @classmethod
-    @partial(eqx.filter_jit, compiler_options=QUICKLY)
-    def _over(
-        cls, game: AbstractTabularGame, features: AbstractFeatures, discount: Array, spread: Int[Array, " k"]
-    ) -> "RewardSimilarity":
-        """As one program: op by op, compiling it would take longer than all else."""
-        actions, m = game.number_of_actions, features.number
-        joint = actions.learner * actions.expert
-        learner, expert = (jnp.asarray(axis.ravel()) for axis in np.indices((actions.learner, actions.expert)))
-        lasting = jnp.minimum(discount, MOST_DISCOUNT)
-        values, ahead = _values_of_uniform_play(game, features, lasting)
-
-        def of_state(factors: tuple[Array, Array], state: Array) -> tuple[tuple[Array, Array], Array]:
-            table = jax.vmap(lambda a_l, a_e: features(state, Sides(a_l, a_e)))(learner, expert)
-            mean = jnp.mean(table, axis=0)
-            following = jax.tree.map(lambda leaf: leaf[:, state], ahead).dense().reshape(m, joint).T
-            rows = table - mean[None, :], table - values[:, state][None, :] + lasting * following
-            return (_stacked(factors[0], rows[0]), _stacked(factors[1], rows[1])), mean
-
-        nothing = jnp.zeros((m, m), values.dtype)
-        (within, shaped), means = jax.lax.scan(of_state, (nothing, nothing), spread)
-        between = _stacked(nothing, means - jnp.mean(means, axis=0)[None, :]) * joint**0.5
-        number = (len(spread) * joint) ** 0.5
-        return cls(
-            jnp.concatenate([within, between]) / number,
-            jnp.concatenate([within, discount * between]) / number,
-            shaped / number,
-        )
+        return _factors(game, features, jnp.asarray(discount, game.initial.dtype), jnp.asarray(spread))
 
     def pearson(self, first: Float[Array, " m"], second: Float[Array, " m"]) -> Float[Array, ""]:
         """Pearson correlation of two rewards over uniform (s, a)."""
@@ -101,6 +72,35 @@ class RewardSimilarity(eqx.Module):
             return factor - kept @ (kept.T @ factor)
 
         return RewardSimilarity(projected(self.of_pearson), projected(self.of_epic), projected(self.of_starc))
+
+
+@partial(jax.jit, compiler_options=QUICKLY)
+def _factors(
+    game: AbstractTabularGame, features: AbstractFeatures, discount: Array, spread: Int[Array, " k"]
+) -> RewardSimilarity:
+    """The three factors, by one program: op by op, compiling would take longer than all else."""
+    actions, m = game.number_of_actions, features.number
+    joint = actions.learner * actions.expert
+    learner, expert = (jnp.asarray(axis.ravel()) for axis in np.indices((actions.learner, actions.expert)))
+    lasting = jnp.minimum(discount, MOST_DISCOUNT)
+    values, ahead = _values_of_uniform_play(game, features, lasting)
+
+    def of_state(factors: tuple[Array, Array], state: Array) -> tuple[tuple[Array, Array], Array]:
+        table = jax.vmap(lambda a_l, a_e: features(state, Sides(a_l, a_e)))(learner, expert)
+        mean = jnp.mean(table, axis=0)
+        following = jax.tree.map(lambda leaf: leaf[:, state], ahead).dense().reshape(m, joint).T
+        rows = table - mean[None, :], table - values[:, state][None, :] + lasting * following
+        return (_stacked(factors[0], rows[0]), _stacked(factors[1], rows[1])), mean
+
+    nothing = jnp.zeros((m, m), values.dtype)
+    (within, shaped), means = jax.lax.scan(of_state, (nothing, nothing), spread)
+    between = _stacked(nothing, means - jnp.mean(means, axis=0)[None, :]) * joint**0.5
+    number = (len(spread) * joint) ** 0.5
+    return RewardSimilarity(
+        jnp.concatenate([within, between]) / number,
+        jnp.concatenate([within, discount * between]) / number,
+        shaped / number,
+    )
 
 
 def _values_of_uniform_play(
