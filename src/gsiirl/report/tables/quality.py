@@ -82,8 +82,8 @@ METRICS = {
     "feature_gap": MetricWords("feature gap", "distance of expected and demonstrated features"),
     "log_likelihood_lost": MetricWords(
         "log-likelihood lost",
-        "what an episode of the true expert's answers that was not learned from loses, in nats, by the error of the "
-        "learned reward; 0 is perfect",
+        "how much less likely a held-out episode of the expert is under the learned reward than under the true one, "
+        "in nats; 0 is perfect",
     ),
     "feature_gap_noise": MetricWords(
         "feature gap of sampling alone", "what the gap would be if the reward were right: the rest of it is misfit"
