@@ -23,9 +23,13 @@ trap 'rm -rf "$work"' EXIT
 sdist="$(ls "$work"/dist/*.tar.gz)" wheel="$(ls "$work"/dist/*.whl)"
 ls -lh "$work/dist"
 
-tried() { # name of the environment, then what to install it with
+installed() { # name of the environment, then what to install into it
     name="$1"; shift
-    uv pip install --quiet --python "$work/$name/bin/python" "$@" "gsiirl @ file://$wheel"
+    uv pip install --quiet --python "$work/$name/bin/python" "$@"
+}
+
+tried() { # name of the environment
+    name="$1"
     (cd "$work" && PATH="$work/$name/bin:$PATH" && gsiirl --version && gsiirl list >/dev/null \
         && gsiirl run security --graph small-linear --seeds 2 --iterations 4 --trajectories 20 --quiet --out "run-$name" \
         && gsiirl report "run-$name" --out "report-$name" >/dev/null && gsiirl table "run-$name" >/dev/null)
@@ -34,13 +38,17 @@ tried() { # name of the environment, then what to install it with
 
 for python in $PYTHONS; do
     if uv venv --quiet --python "$python" "$work/newest-$python" 2>/dev/null; then
+        installed "newest-$python" "$wheel"
         tried "newest-$python"
     else
         echo "release: Python $python is not to be had, and not tried"
     fi
 done
 uv venv --quiet --python 3.11 "$work/lowest-3.11"
-tried "lowest-3.11" --resolution lowest-direct
+# Of a wheel all that it needs counts as indirect, and would be taken as new as it comes.
+installed "lowest-3.11" --resolution lowest-direct -r pyproject.toml
+installed "lowest-3.11" --no-deps "$wheel"
+tried "lowest-3.11"
 
 mkdir "$work/sdist"
 tar xzf "$sdist" -C "$work/sdist" --strip-components 1
