@@ -22,8 +22,9 @@ def judge_of(steps: int) -> Judge:
 def test_a_best_response_goes_on_from_the_habit_that_is_worth_most():
     with jax.enable_x64(False):
         key = jax.random.key(0)
-        judge, untrained = judge_of(steps=4), policies_of(judge_of(4).true.trainer.init(key))
-        trained = jax.jit(lambda: judge_of(100).true.best_response(untrained.learner, (), key))()
+        judge, longer = judge_of(steps=4), judge_of(steps=100)
+        untrained = policies_of(judge.true.trainer.init(key))
+        trained = jax.jit(lambda: longer.true.best_response(untrained.learner, (), key))()
         habits = (trained, untrained.expert)
         found = jax.jit(lambda: judge.true.best_response(untrained.learner, habits, jax.random.key(1)))()
 
