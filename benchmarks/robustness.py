@@ -139,6 +139,8 @@ EXPERTS: dict[str, Callable[[World], Answer]] = {
     "values misread by 0.2": soft,
     "values misread by 0.5": soft,
 }
+MISREAD = {"values misread by 0.2": 0.2, "values misread by 0.5": 0.5}
+"""Standard deviation of the error with which a value of r_ld is read."""
 
 
 class Expert:
@@ -196,8 +198,9 @@ def one(world: World, violation: str, seed: int, iterations: int, trajectories: 
     """One run."""
     answer = EXPERTS[violation](world)
     # Every value of r_ld is read wrong by a number of its own, once and for all; r_ld has a deviation of 1.
-    misread = float(violation.removeprefix("values misread by ")) if violation.startswith("values misread") else 0.0
-    read = world.learner + misread * np.random.default_rng(seed + 10_000).normal(size=world.learner.shape)
+    read = world.learner + MISREAD.get(violation, 0.0) * np.random.default_rng(seed + 10_000).normal(
+        size=world.learner.shape
+    )
     features = world.expert[..., :-1] if violation == "a feature is missing" else world.expert
     game = TabularGame.from_arrays(world.transitions, initial=np.full(STATES, 1 / STATES), horizon=HORIZON)
     problem = gsiirl.Problem(

@@ -12,7 +12,8 @@ from gsiirl.equilibria.response import respond
 from gsiirl.evaluation.commitment import SHARPER, equilibrium, extremes
 from gsiirl.games.base import AbstractTabularGame, uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.irl.expectations import expected_return, reward_gradient_expectation, state_distributions
+from gsiirl.irl.conditional_likelihood import expected_log_ratio
+from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
 from gsiirl.rewards.linear import Linear
 from gsiirl.types import Policies, Sides
 
@@ -95,7 +96,7 @@ class Truth(eqx.Module):
 
         `feature_gap`: ‖μ_e(π_l, π̂_e) − μ_e(π_l, π_e)‖ / scale, in features, where π̂_e = respond(π_l, r^θ_e) and π_e is
         the true expert. `log_likelihood_lost`: E^(π_l, π_e)[Σ_t ln π_e,t(a_e | s) − ln π̂_e,t(a_e | s)], in nats an
-        episode; what episodes that were not learned from lose in log-likelihood by the error of θ_e. Both are 0 at
+        episode: how much less likely a held-out episode of the expert is under θ_e than under the truth. Both are 0 at
         the truth, and neither is below.
         """
         modelled = respond(self.game, learner_policy, reward.payoff(parameters), self.temperature, self.discount)
@@ -104,12 +105,11 @@ class Truth(eqx.Module):
         difference = reward_gradient_expectation(
             self.game, reward, Sides(learner_policy, modelled.policy), self.discount
         ) - reward_gradient_expectation(self.game, reward, met, self.discount)
-        # From action values, since a probability of 0 has no logarithm.
-        true_log, modelled_log = (jax.nn.log_softmax(each.action_values) for each in (true, modelled))
-        lost = jnp.sum(true.policy * (true_log - modelled_log), axis=-1)
         return {
             "feature_gap": jnp.linalg.norm(difference) / reward.scale,
-            "log_likelihood_lost": jnp.vdot(state_distributions(self.game, met), lost),
+            "log_likelihood_lost": expected_log_ratio(
+                self.game, learner_policy, true.action_values, modelled.action_values
+            ),
         }
 
 

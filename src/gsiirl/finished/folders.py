@@ -8,9 +8,9 @@ from gsiirl.runs.files.atomic import refuse_unwritable
 
 
 def run_folders(folders: Iterable[Path]) -> list[Path]:
-    """The folders of runs and findings named, each once; of a folder that is none itself, those that it holds.
+    """The folders of runs and findings named, each once; of a folder that is none itself, those below it.
 
-    It holds those directly below it or, where there are none, those one folder further down.
+    These are the ones directly below it or, where there are none, the ones a folder further down.
 
     Raises:
         InputError: a folder cannot be read, or neither is nor holds a run.

@@ -72,10 +72,8 @@ class ConditionalLikelihood(eqx.Module):
 
         D = Σ_t Σ_s d_t(s) KL(π_e(·|s, t; weights) ‖ π_e(·|s, t; others)), the expected log-likelihood ratio.
         """
-        log_policies = [jax.nn.log_softmax(self.action_values(each, learner_policy)) for each in (weights, others)]
-        policy = jnp.exp(log_policies[0])
-        visits = state_distributions(self.game, Sides(learner_policy, policy))
-        return jnp.sum(visits[..., None] * policy * (log_policies[0] - log_policies[1]))
+        values = (self.action_values(each, learner_policy) for each in (weights, others))
+        return expected_log_ratio(self.game, learner_policy, *values)
 
     def value(self, weights: Float[Array, " m"], memory: Memory[Seen]) -> Float[Array, ""]:
         """ℓ(θ) over what is remembered."""
@@ -175,3 +173,20 @@ class ConditionalLikelihood(eqx.Module):
 def _divisor(number: int, limit: int) -> int:
     """The largest divisor of `number` that is at most `limit`."""
     return max(each for each in range(1, number + 1) if number % each == 0 and each <= limit)
+
+
+def expected_log_ratio(
+    game: AbstractTabularGame,
+    learner_policy: Float[Array, "T S A_l"],
+    values: Float[Array, "T S A_e"],
+    others: Float[Array, "T S A_e"],
+) -> Float[Array, ""]:
+    """E^(π_l, π_e)[Σ_t ln π_e,t(a_e|s) − ln π'_e,t(a_e|s)] = Σ_t Σ_s d_t(s) KL(π_e,t(·|s) ‖ π'_e,t(·|s)).
+
+    In nats an episode, and never below 0. π_e ∝ exp(`values`) and π'_e ∝ exp(`others`): action values q in units of the
+    temperature, since a probability of 0 has no logarithm.
+    """
+    log_policies = [jax.nn.log_softmax(each) for each in (values, others)]
+    policy = jnp.exp(log_policies[0])
+    visits = state_distributions(game, Sides(learner_policy, policy))
+    return jnp.sum(visits[..., None] * policy * (log_policies[0] - log_policies[1]))
