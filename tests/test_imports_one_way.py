@@ -106,7 +106,7 @@ WITHOUT_JAX_MODULES = {
     "gsiirl.experiments.security.config",
     "gsiirl.experiments.security.cost",
     "gsiirl.experiments.security.network_check",
-    "gsiirl.experiments.transfer",
+    "gsiirl.experiments.transfer.commands",
     "gsiirl.theory",
     "gsiirl.theory.commands",
     "gsiirl.theory.folder",

@@ -73,7 +73,7 @@ app.command(
     help="Play a finished run's policies in somebody else's implementation of the game: mpe2's physical deception.",
 )
 app.command(
-    "gsiirl.experiments.transfer:transfer",
+    "gsiirl.experiments.transfer.commands:transfer",
     name="transfer",
     help="What a finished run's learned rewards are worth where the game has changed.",
 )

@@ -8,6 +8,7 @@ from jaxtyping import Array, PRNGKeyArray
 
 from gsiirl.equilibria.pathwise import Ascent, Pathwise, Side, joint, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
+from gsiirl.equilibria.several_starts import best_of_starts
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.rewards.continuous import TransitionReward, mean_return
 from gsiirl.types import Sides, Transition
@@ -16,8 +17,6 @@ EVALUATION_KEY = 20261125
 """Of the initial states that all figures are measured on, and of the transitions that rewards are compared over."""
 STARTS = 3
 """Policies that every search for a best response starts from: known ones, and random ones for the rest."""
-TRIED = 0.5
-"""Share of a best response's steps that every start takes, before the search goes on with the most promising one."""
 
 
 class TrueReturns:
@@ -74,23 +73,18 @@ class TrueReturns:
     def _best(
         self, side: Side, other: PolicyNetwork, known: Sequence[PolicyNetwork], key: PRNGKeyArray
     ) -> PolicyNetwork:
-        """What all steps lead to from whichever start is worth most after the first `TRIED` of them."""
+        """What all steps lead to from the most promising of several starts."""
         reward: TransitionReward = getattr(self.rewards, side)
 
         def climb(start: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
             return self.tester.climb(side, other, reward, start, key, steps)
 
-        def worth(policy: PolicyNetwork) -> Array:
-            episodes = episodes_from(self.game, joint(side, policy, other), self._others)
+        def worth(ascent: Ascent) -> Array:
+            episodes = episodes_from(self.game, joint(side, ascent.policy, other), self._others)
             return getattr(self.returns(episodes), side)
 
-        trial_key, rest_key = jax.random.split(key)
         fresh = [self.tester.init(jax.random.fold_in(key, number)) for number in range(STARTS - len(known))]
         begun: list[Ascent] = [getattr(each, side) for each in fresh]
         begun += [Ascent(one, begun[0].optimiser) for one in known]
         starts = jax.tree.map(lambda *each: jnp.stack(each), *begun)
-        trial = int(TRIED * self._judging_steps)
-        tried = jax.vmap(lambda start: climb(start, trial_key, trial))(starts)
-        best = jnp.argmax(jax.vmap(worth)(tried.policy))
-        promising = jax.tree.map(lambda each: each[best], tried)
-        return climb(promising, rest_key, self._judging_steps - trial).policy
+        return best_of_starts(starts, climb, worth, key, self._judging_steps).policy

@@ -2,12 +2,11 @@
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from gsiirl.adapters.numpy_policy import NumpyPolicy
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.equilibria.policy_weights import weights_of
+from gsiirl.equilibria.policy_weights import network_of, weights_of
 from gsiirl.errors import InputError
 from gsiirl.experiments.continuous.config import ContinuousConfig
 from gsiirl.experiments.continuous.experiment import ContinuousExperiment
@@ -60,7 +59,7 @@ def _practised(made: Stage, experiment: ContinuousExperiment, to: Known | None, 
     if to is not None:
         if not isinstance(to, NetworkPlayer) or not _fits(to.policy, seen, actions):
             raise InputError("to", "is no policy of the learner in this game", "give one that learned_player returned")
-        met = _network(to.policy)
+        met = network_of(list(to.policy.layers))
     habits = eqx.filter_jit(expert_of(made.config, experiment).init)(expert_key, met)
     weights = {name: np.asarray(array)[None] for name, array in weights_of(expert=habits.policy).items()}
     return NumpyPolicy.of(weights, "expert", 0)
@@ -68,13 +67,3 @@ def _practised(made: Stage, experiment: ContinuousExperiment, to: Known | None, 
 
 def _fits(policy: NumpyPolicy, inputs: int, outputs: int) -> bool:
     return (policy.layers[0][0].shape[1], policy.layers[-1][0].shape[0]) == (inputs, outputs)
-
-
-def _network(policy: NumpyPolicy) -> PolicyNetwork:
-    """The same policy, for JAX to trace."""
-    layers = []
-    for weight, bias in policy.layers:
-        empty = eqx.nn.Linear(weight.shape[1], weight.shape[0], dtype=jnp.float32, key=jax.random.key(0))
-        leaves = (jnp.asarray(weight), jnp.asarray(bias))
-        layers.append(eqx.tree_at(lambda layer: (layer.weight, layer.bias), empty, leaves))
-    return PolicyNetwork(tuple(layers))

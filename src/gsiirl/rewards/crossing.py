@@ -20,7 +20,7 @@ from jaxtyping import Array, Float
 
 from gsiirl.games.crossing import CrossingState
 from gsiirl.rewards.continuous import AbstractTransitionFeatures, length
-from gsiirl.types import Transition
+from gsiirl.types import Number, Transition
 
 ROBOT_GOAL = (0.0, 0.5)
 HUMAN_GOAL = (-0.5, 0.0)
@@ -70,9 +70,9 @@ class RobotFeatures(AbstractTransitionFeatures):
         return -jnp.concatenate([nearness(transition), slowness(transition)[None]])
 
 
-def own_reward(transition: Transition) -> Float[Array, ""]:
+def own_reward(transition: Transition, goal: tuple[Number, Number] = ROBOT_GOAL) -> Float[Array, ""]:
     """r_li: minus the robot's distance to its goal."""
-    return -length(_places(transition).positions.learner - jnp.asarray(ROBOT_GOAL, jnp.float32))
+    return -length(_places(transition).positions.learner - jnp.asarray(goal, jnp.float32))
 
 
 def dependent_reward(transition: Transition) -> Float[Array, ""]:

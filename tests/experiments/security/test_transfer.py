@@ -15,10 +15,11 @@ from gsiirl.cli import main
 from gsiirl.commitment import anew
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import config_to_dict
-from gsiirl.experiments.crossing.config import CrossingConfig
+from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.security.changes import changed
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.experiments.security.transfer import SEEN, Learned, World, judged, kept_where_same, transferred
+from gsiirl.experiments.security.transfer import SEEN, Learned, World, judged, kept_where_same
+from gsiirl.experiments.transfer.regret import rows
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.runs import RunFolder, summarise
 from gsiirl.runs.files.json_file import read_versioned_json
@@ -99,7 +100,7 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def found(run: Path, beside: Path) -> dict[str, Any]:
     """The rows of a change."""
-    result = transferred(Learned.open(run), [CHANGE], Learned.open(beside, "--beside"), quiet=True)
+    result = Learned.open(run).transferred([CHANGE], Learned.open(beside, "--beside"), quiet=True)
     return result["changes"][0]["rows"]
 
 
@@ -162,13 +163,13 @@ def test_the_old_policy_is_played_where_states_and_edges_are_the_same(run: Path,
 def test_where_nothing_changes_the_old_policies_earn_what_they_earned(run: Path):
     learned = Learned.open(run)
     with jax.numpy_dtype_promotion("standard"):
-        before = World.of(learned.network, CONFIG, TEMPERATURE)
-        rows = judged(before, learned, learned.network, [learned.weights] * 3, ["gsiirl", "second", "third"])["rows"]
+        models = {"gsiirl": learned.weights, "another": learned.weights}
+        found = rows(judged(learned, learned.network, models).returns)
     expected = [
         learner_return(dense(learned.network), over_all_states(each, learned.network)) for each in learned.policies
     ]
-    np.testing.assert_allclose(rows["policy unchanged"]["discounted_return"]["per_seed"], expected, atol=1e-12)
-    assert rows["gsiirl"]["regret"]["per_seed"] == [0.0, 0.0]
+    np.testing.assert_allclose(found["policy unchanged"]["discounted_return"]["per_seed"], expected, atol=1e-12)
+    assert found["gsiirl"]["regret"]["per_seed"] == [0.0, 0.0]
 
 
 def test_the_clone_is_met_with_the_best_answer_to_what_was_seen(run: Path, found: dict[str, Any]):
@@ -250,16 +251,28 @@ def test_the_command_prints_every_change_and_writes_a_sealed_file(
     assert content["all_changes"]["clone"]["worst"] == np.max(regrets)
 
 
+def finished_deception(path: Path) -> Path:
+    """A run of a game that has no changes yet."""
+    folder = RunFolder.create(path, config_to_dict(DeceptionConfig(seeds=1).resolved()), {"kind": "deception"})
+    folder.save_learned({"expert_reward": np.ones((1, 1))}, {"expert_reward": 1.0}, {"expert_reward": ["far"]}, [0])
+    folder.save_policies({"learner.layers.0.weight": np.ones((1, 2, 2))})
+    columns = {"seed": [0], "iteration": [0]}
+    folder.write_summary(summarise(folder.config, polars.DataFrame(columns), completed=True))
+    return path
+
+
 def test_other_runs_are_refused_in_one_line(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    crossing = tmp_path / "crossing"
-    RunFolder.create(crossing, config_to_dict(CrossingConfig().resolved()), {"kind": "crossing"})
+    deception = finished_deception(tmp_path / "deception")
     unfinished = tmp_path / "unfinished"
     RunFolder.create(unfinished, config_to_dict(CONFIG), dict(small_network().to_json_dict()))
     other = finished_run(tmp_path / "other", config=replace(CONFIG, discount=0.5))
     for arguments, line in [
-        ([str(crossing)], f"DIR: {crossing} is a run of crossing; give the folder of a finished run of"),
+        ([str(deception)], f"DIR: {deception} is a run of deception; give the folder of a finished run of"),
         ([str(unfinished)], f"DIR: {unfinished} holds a run that is not finished; run "),
-        ([str(run), "--beside", str(other)], f"--beside: {other} is a run of another game; give one of the same"),
+        (
+            [str(run), "--beside", str(other)],
+            f"--beside: {other} is a run of another game; give one of the game of {run}",
+        ),
         ([str(run), "--change", "grow"], "--change: 'grow' is no change of a network; give remove-edge=A:B"),
         ([str(run), "--changes", "0"], "--changes: cannot be 0; give a whole number of at least 1"),
         ([str(run), "--change-seed", "x"], "--change-seed: cannot be x; give a whole number of at least 0"),

@@ -4,7 +4,8 @@ The learner takes its r_e and its fitted r_ld along, sees no new demonstration, 
 anew. The policy is then deployed against the true attacker of the changed network, and judged by the true rewards.
 """
 
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Self
@@ -19,25 +20,20 @@ from gsiirl.commitment import Commitment
 from gsiirl.commitment.anew import best_answer, best_commitment
 from gsiirl.compilation import QUICKLY
 from gsiirl.errors import InputError
-from gsiirl.experiments.config import config_from_dict
-from gsiirl.experiments.security.changes import carried_over, changed
+from gsiirl.experiments.security.changes import carried_over, changed, drawn
 from gsiirl.experiments.security.config import SecurityConfig
+from gsiirl.experiments.transfer.learned import OTHER_RUN, AbstractLearned, Judged, Kept
+from gsiirl.experiments.transfer.regret import RANDOM, TRUE, UNCHANGED
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.games.base import uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
-from gsiirl.program.command import command
-from gsiirl.program.progress import shown
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import AbstractFeatures
-from gsiirl.runs import RunFolder, Statistics
-from gsiirl.runs.files.atomic import refuse_unwritable
-from gsiirl.runs.files.numbers import is_sound
 from gsiirl.scenarios import AttackNetwork, read_network
 from gsiirl.types import Sides
 
 SEEN = ".lower.memory.kept.counts"
 """Where the checkpoint of a learner that keeps them has (seeds, M, T, S, A_e): how often each answer was seen."""
-OTHER_RUN = "give the folder of a finished run of `gsiirl run security`"
 SEARCH_KEY = 0
 """All searches on a changed network begin from the same starts, those with the true rewards too."""
 
@@ -74,18 +70,15 @@ class World(eqx.Module):
 
 
 @dataclass(frozen=True)
-class Learned:
-    """What every seed of a run learned, its policies and, where they are kept, the answers that it saw."""
+class Learned(AbstractLearned):
+    """What every seed of a run learned, its policies and, where they are kept, the answers that it saw.
 
-    folder: RunFolder
+    `weights` are (n, N + 2 E) of r_ld in reward units, and (n, N + E) of r_e in units of the temperature.
+    """
+
     config: SecurityConfig
     network: AttackNetwork
     temperature: float
-    seeds: list[int]
-    left_out: list[int]
-    """Seeds whose rewards or policy are no numbers."""
-    weights: Sides[np.ndarray]
-    """(n, N + 2 E) of r_ld in reward units, (n, N + E) of r_e in units of the temperature."""
     policies: np.ndarray
     """(n, T, S, A_l)."""
     answers: np.ndarray | None
@@ -98,138 +91,77 @@ class Learned:
         Raises:
             InputError: it holds no run of security that has ended with learned rewards.
         """
-        folder = RunFolder.open(path)
-        config = config_from_dict(folder.config, path / "config.json")
+        kept = Kept.open(path, field)
+        config = kept.config
         if not isinstance(config, SecurityConfig):
             raise InputError(field, f"{path} is a run of {config.experiment}", OTHER_RUN)
-        summary = folder.summary()
-        if summary is None or not summary.completed:
-            raise InputError(field, f"{path} holds a run that is not finished", f"run {command('resume', path)}")
-        learned, policies = folder.load_learned(), folder.load_policies()
-        if learned is None or policies is None or "learner.table" not in policies:
+        if "learner.table" not in kept.policies:
             raise InputError(field, f"{path} is a run of {config.algorithm}, which keeps no learned reward", OTHER_RUN)
         network = read_network(path / "game.json", config.variant)
         temperature = config.expert_temperature(network)
-        # MA-IRL fits a reward of the learner's in place of reading r_ld.
-        dependent = "dependent_reward" if "dependent_reward" in learned.arrays else "commitment"
         # Of the others the rewards are in reward units in any case.
         in_units_of_it = config.temperature == "unknown" and config.algorithm in ("gsiirl", "paper")
         unit = 1.0 if in_units_of_it else temperature
-        weights = Sides(learned.weights(dependent), learned.weights("expert_reward") / unit)
-        kept = zip(weights.learner, weights.expert, policies["learner.table"], strict=True)
-        sound = np.array([all(np.all(is_sound(each)) for each in of_seed) for of_seed in kept])
-        if not sound.any():
-            raise InputError(field, f"{path} holds no seed whose rewards and policy are numbers", OTHER_RUN)
-        checkpoint = folder.load_checkpoint()
+        weights = Sides(kept.learned.weights(kept.dependent), kept.learned.weights("expert_reward") / unit)
+        policies = kept.policies["learner.table"]
+        sound = kept.sound(field, weights.learner, weights.expert, policies)
+        seeds, left_out = kept.parted(sound)
+        checkpoint = kept.folder.load_checkpoint()
         seen = None if checkpoint is None else checkpoint.arrays.get(SEEN)
         return cls(
-            folder=folder,
+            folder=kept.folder,
+            seeds=seeds,
+            left_out=left_out,
             config=config,
             network=network,
             temperature=temperature,
-            seeds=[seed for seed, good in zip(summary.seeds, sound.tolist(), strict=True) if good],
-            left_out=[seed for seed, good in zip(summary.seeds, sound.tolist(), strict=True) if not good],
             weights=Sides(weights.learner[sound], weights.expert[sound]),
-            policies=policies["learner.table"][sound],
+            policies=policies[sound],
             answers=None if seen is None else seen.sum(axis=(1, 2))[sound],
         )
 
+    def drawn(self, number: int, seed: int) -> list[str]:
+        return drawn(self.network, number, seed)
 
-def transferred(learned: Learned, changes: list[str], beside: Learned | None, quiet: bool = False) -> dict[str, Any]:
-    """Take a run, and another one beside it, through every change; writes and returns `transfer.json`.
+    def is_of_the_same_game(self, other: AbstractLearned) -> bool:
+        if not isinstance(other, Learned):
+            return False
+        same = self.folder.game == other.folder.game and self.temperature == other.temperature
+        return same and self.config.discount == other.config.discount
 
-    Raises:
-        InputError: a change cannot be made, or the other run is of another game.
-    """
-    if beside is not None and not _same_game(learned, beside):
-        raise InputError("--beside", f"{beside.folder.path} is a run of another game", "give one of the same network")
-    networks = {change: changed(learned.network, change) for change in changes}
-    models, names = [learned.weights], [learned.config.algorithm]
-    if beside is not None:
-        name = beside.config.algorithm if beside.config.algorithm != names[0] else f"{names[0]}, beside"
-        models.append(beside.weights)
-        names.append(name)
-        # The learner's own losses can be read: whose attacker is the better one is told by r_e alone.
-        fitted = np.repeat(learned.weights.learner.mean(axis=0, keepdims=True), len(beside.seeds), axis=0)
-        models.append(Sides(fitted, beside.weights.expert))
-        names.append(f"{name}, r_e alone")
-    with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"), shown(quiet) as progress:
-        before = World.of(learned.network, learned.config, learned.temperature)
-        found = [
-            {"change": change, **judged(before, learned, network, models, names)}
-            for change, network in progress.track(networks.items(), description="changed networks")
-        ]
-    result = {
-        "experiment": "security",
-        "algorithm": learned.config.algorithm,
-        "seeds": learned.seeds,
-        "beside": None if beside is None else {"algorithm": beside.config.algorithm, "seeds": beside.seeds},
-        "changes": found,
-        "all_changes": _over_changes(found),
-    }
-    with refuse_unwritable(str(learned.folder.path), learned.folder.path, "make room or allow it, then try again"):
-        learned.folder.write_transfer(result)
-    return result
+    def judge(self, changes: list[str], models: Mapping[str, Sides[np.ndarray]]) -> Callable[[str], Judged]:
+        networks = {change: changed(self.network, change) for change in changes}
+
+        def judge(change: str) -> Judged:
+            with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+                return judged(self, networks[change], models)
+
+        return judge
 
 
-def _same_game(one: Learned, other: Learned) -> bool:
-    same = one.folder.game == other.folder.game and one.temperature == other.temperature
-    return same and one.config.discount == other.config.discount
+def judged(learned: Learned, network: AttackNetwork, models: Mapping[str, Sides[np.ndarray]]) -> Judged:
+    """Every row of one changed network: what is deployed earns there."""
+    before, world = (World.of(each, learned.config, learned.temperature) for each in (learned.network, network))
 
+    def carried(leaf: np.ndarray) -> np.ndarray:
+        return carried_over(leaf, learned.network, network)
 
-def judged(
-    before: World, learned: Learned, network: AttackNetwork, models: list[Sides[np.ndarray]], names: list[str]
-) -> dict[str, Any]:
-    """Every row of one changed network: what is deployed earns, and what it misses."""
-    world = World.of(network, learned.config, learned.temperature)
-    weights = [jax.tree.map(lambda leaf: carried_over(leaf, learned.network, network), model) for model in models]
+    weights = {name: jax.tree.map(carried, model) for name, model in models.items()}
     true = jax.tree.map(lambda leaf: np.asarray(leaf)[None], world.true)
-    every = jax.tree.map(lambda *leaves: jnp.asarray(np.concatenate(leaves)), true, *weights)
+    every = jax.tree.map(lambda *leaves: jnp.asarray(np.concatenate(leaves)), true, *weights.values())
     searched = np.asarray(_committed(world, every, jax.random.key(SEARCH_KEY)))
-    ends = np.cumsum([1, *(len(each.expert) for each in weights)])
-    groups = dict(zip(["true rewards", *names], np.split(searched, ends[:-1]), strict=True))
+    ends = np.cumsum([1, *(len(each.expert) for each in weights.values())])
+    policies = dict(zip([TRUE, *weights], np.split(searched, ends[:-1]), strict=True))
     if learned.answers is not None:
         clones = kept_where_same(learned.answers, before.game, world.game, "expert")
-        groups["clone"] = np.asarray(_against_clones(world, weights[0].learner, jnp.asarray(clones)))
-    groups["policy unchanged"] = kept_where_same(learned.policies, before.game, world.game, "learner")
-    groups["random"] = np.asarray(uniform_policy(world.game))[None]
-    values = np.asarray(_worth(world, jnp.asarray(np.concatenate(list(groups.values())))))
-    parts = np.split(values, np.cumsum([len(each) for each in groups.values()])[:-1], axis=1)
-    return {"states": world.game.number_of_states, "rows": _rows(dict(zip(groups, parts, strict=True)))}
-
-
-def _rows(values: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Statistics over seeds of discounted and undiscounted returns [2, n], and of the regret to the first row."""
-    best, random = values["true rewards"][0, 0], values["random"][0, 0]
-    span = best - random
-    # Where nothing can be won there is nothing to miss.
-    share = 100.0 / span if span > 1e-9 * max(1.0, abs(best)) else 0.0
-    return {
-        name: {
-            "discounted_return": asdict(Statistics.of(each[0])),
-            "return": asdict(Statistics.of(each[1])),
-            "regret": asdict(Statistics.of(best - each[0])),
-            "regret_percent": asdict(Statistics.of(share * (best - each[0]))),
-        }
-        for name, each in values.items()
-    }
-
-
-def _over_changes(found: list[dict[str, Any]]) -> dict[str, Any]:
-    """Of every row the regret in per cent, over all seeds and changes: mean, median, 90 % and the worst."""
-    together: dict[str, list[float]] = {}
-    for each in found:
-        for name, row in each["rows"].items():
-            together.setdefault(name, []).extend(row["regret_percent"]["per_seed"])
-    return {
-        name: {
-            "mean": float(np.mean(regrets)),
-            "median": float(np.median(regrets)),
-            "ninety_percent": float(np.quantile(regrets, 0.9)),
-            "worst": float(np.max(regrets)),
-        }
-        for name, regrets in together.items()
-    }
+        fitted = carried(learned.weights.learner)
+        policies["clone"] = np.asarray(_against_clones(world, fitted, jnp.asarray(clones)))
+    policies[UNCHANGED] = kept_where_same(learned.policies, before.game, world.game, "learner")
+    policies[RANDOM] = np.asarray(uniform_policy(world.game))[None]
+    values = np.asarray(_worth(world, jnp.asarray(np.concatenate(list(policies.values())))))
+    ends = np.cumsum([len(each) for each in policies.values()])
+    returns = dict(zip(policies, np.split(values, ends[:-1], axis=1), strict=True))
+    return Judged({"states": world.game.number_of_states}, returns)
 
 
 def kept_where_same(table: np.ndarray, before: AttackGraph, after: AttackGraph, side: str) -> np.ndarray:

@@ -14,7 +14,7 @@ LARGEST_SEED = 2**31 - 1
 
 
 def transfer(
-    folder: Annotated[Path, Parameter(name="DIR", help="Folder of a finished run of security.")],
+    folder: Annotated[Path, Parameter(name="DIR", help="Folder of a finished run of security or crossing.")],
     /,
     *,
     change: Annotated[
@@ -23,7 +23,8 @@ def transfer(
             metavar="CHANGE",
             negative="",
             show_default=False,
-            help="remove-edge=A:B, add-edge=A:B or redraw=SEED (new probabilities of success); each one makes another "
+            help="security: remove-edge=A:B, add-edge=A:B or redraw=SEED (new probabilities of success); crossing: "
+            "robot-goal=X:Y, robot-start=X:Y, human-start=X:Y, robot-speed=V or human-speed=V. Each one makes another "
             "changed game.",
         ),
     ] = (),
@@ -48,12 +49,9 @@ def transfer(
     number = None if changes is None else at_least_one("--changes", changes, MOST_CHANGES)
     number = number or (0 if change else 10)
     seed = whole("--change-seed", change_seed, 0, LARGEST_SEED)
-    from gsiirl.experiments.security.changes import drawn
-    from gsiirl.experiments.security.transfer import Learned, transferred
-
-    learned = Learned.open(folder)
-    other = None if beside is None else Learned.open(beside, "--beside")
-    found = transferred(learned, [*change, *drawn(learned.network, number, seed)], other, quiet)
+    learned = _opened(folder, "DIR")
+    other = None if beside is None else _opened(beside, "--beside")
+    found = learned.transferred([*change, *learned.drawn(number, seed)], other, quiet)
     for each in found["changes"]:
         _print_change(each)
     if len(found["changes"]) > 1:
@@ -65,6 +63,16 @@ def transfer(
             print(f"gsiirl: {each.folder.path}: left out seeds {seeds}, which learned no numbers", file=sys.stderr)
 
 
+def _opened(folder: Path, field: str) -> Any:
+    """What was learned in a run, as its experiment reads it."""
+    from gsiirl.experiments.crossing.transfer import LearnedCrossing
+    from gsiirl.experiments.security.transfer import Learned
+    from gsiirl.runs import RunFolder
+
+    kind = LearnedCrossing if RunFolder.open(folder).config.get("experiment") == "crossing" else Learned
+    return kind.open(folder, field)
+
+
 def _print_change(found: Mapping[str, Any]) -> None:
     """A row for each way to come to a policy: means over seeds, and the worst seed's regret."""
     import rich
@@ -72,7 +80,7 @@ def _print_change(found: Mapping[str, Any]) -> None:
     from rich.table import Table
 
     table = Table(
-        title=f"{escape(printable(found['change']))}, {found['states']} states",
+        title=escape(printable(found["change"])) + (f", {found['states']} states" if "states" in found else ""),
         caption="discounted true returns; regret to the true rewards, in per cent of what is between them and random",
     )
     table.add_column("policy from")

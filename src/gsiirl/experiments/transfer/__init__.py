@@ -1,0 +1,1 @@
+"""Learned rewards in changed games: what every experiment that has them shares."""
