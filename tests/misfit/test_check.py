@@ -13,8 +13,8 @@ from small_games import EXPERT_ACTIONS, HORIZON, JOINT, LEARNER, STATES, finite_
 from gsiirl.errors import InputError
 from gsiirl.front_door.result import Result
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
-from gsiirl.misfit.check import SOMETHING_ELSE, ModelCheck, _discrepancies
-from gsiirl.misfit.models import STANDARD, Observed
+from gsiirl.misfit.check import SOMETHING_ELSE, ModelCheck, _discrepancies, _fitted
+from gsiirl.misfit.models import OTHERS, STANDARD, Observed
 
 MISSING = finite_game(1, temperature=0.4)
 """Its expert's reward is that of no feature."""
@@ -92,6 +92,22 @@ def test_who_takes_the_second_best_now_and_then_is_named_with_both_chances() -> 
     told = check(best_and_second)
     assert told.named == "ranks"
     assert told.chances == (pytest.approx(0.6, abs=0.03), pytest.approx(0.4, abs=0.03))
+
+
+def test_ranks_end_with_a_sharp_order_which_fits_better_than_a_blurred_one() -> None:
+    result = result_of(best_and_second)
+    expert = ConditionalLikelihood(PROBLEM.game, PROBLEM.expert_features, PROBLEM.discount)
+    seen = Observed(*map(jnp.asarray, (result.played, result.played, result.answers)))
+    [ranks] = [model for model in OTHERS if model.name == "ranks"]
+    with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+        blurred, sharp = (
+            _fitted(model, jax.tree.map(jnp.asarray, expert), WEIGHTS, 0.1, seen)
+            for model in (ranks._replace(sharper=(10.0,)), ranks)
+        )
+    assert np.linalg.norm(sharp.parameters[:3]) == pytest.approx(300.0 * np.linalg.norm(WEIGHTS))
+    assert sharp.log_posterior > blurred.log_posterior + 5.0
+    # Order alone tells little of how large a weight is, but not of its sign.
+    assert np.corrcoef(sharp.parameters[:3], WEIGHTS)[0, 1] > 0.99
 
 
 def test_who_cares_for_what_no_feature_tells_is_something_else() -> None:

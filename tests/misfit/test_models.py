@@ -19,7 +19,6 @@ from small_games import (
 )
 
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
-from gsiirl.misfit import models
 from gsiirl.misfit.models import OTHERS, STANDARD, Observed
 
 GAME = finite_game(3)
@@ -67,12 +66,13 @@ def softmax(scores: np.ndarray) -> np.ndarray:
     return raised / raised.sum(axis=-1, keepdims=True)
 
 
-def policy_by(name: str, further: tuple[float, ...] = ()) -> np.ndarray:
+def policy_by(name: str, further: tuple[float, ...] = (), size: float = 1.0) -> np.ndarray:
     problem = problem_of(GAME)
     with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
         expert = ConditionalLikelihood(problem.game, problem.expert_features, problem.discount)
         seen = Observed(jnp.asarray(policy_of(0)), jnp.asarray(policy_of(1)), jnp.zeros((HORIZON, STATES, EXPERT)))
-        return np.exp(np.asarray(MODELS[name].log_policy(expert, jnp.asarray(WEIGHTS), jnp.asarray(further), seen)))
+        weights = jnp.asarray(size * WEIGHTS)
+        return np.exp(np.asarray(MODELS[name].log_policy(expert, weights, jnp.asarray(further), seen)))
 
 
 @pytest.mark.parametrize(
@@ -99,20 +99,16 @@ def test_lapses_are_over_allowed_actions_alone() -> None:
     )
 
 
-def test_ranks_give_the_best_and_the_second_best_action_the_same_chances_everywhere(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(models, "SHARP", 1e4)
+def test_ranks_give_the_best_and_the_second_best_action_the_same_chances_everywhere() -> None:
     order = np.argsort(-action_values(policy_of(0), HORIZON, hard=True)[:, LIVING], axis=-1)
-    found = policy_by("ranks", (np.log(0.5), np.log(0.25)))[:, LIVING]
+    found = policy_by("ranks", (np.log(0.5), np.log(0.25)), size=1e4)[:, LIVING]
     # State 0 has two actions, the other three.
     for place, chances in ((0, [2 / 3, 1 / 3, 0.0]), (1, [4 / 7, 2 / 7, 1 / 7])):
         sorted_ones = np.take_along_axis(found[:, place], order[:, place], axis=-1)
         np.testing.assert_allclose(sorted_ones, np.broadcast_to(chances, (HORIZON, EXPERT)), atol=1e-12)
 
 
-def test_ranks_draw_the_best_action_softly_and_the_second_from_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(models, "SHARP", 1.0)
+def test_ranks_draw_the_best_action_softly_and_the_second_from_what_is_left() -> None:
     found = policy_by("ranks", (np.log(0.5), np.log(0.25)))[1, 1]
     first = softmax(action_values(policy_of(0), HORIZON, hard=False)[1, 1])
     wanted = np.zeros(EXPERT)

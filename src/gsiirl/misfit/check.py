@@ -15,6 +15,7 @@ of lapses explains a part of what was seen and fits better, but not well.
 
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -35,6 +36,14 @@ SIMULATED = 200
 AT_ONCE = 8
 """Interactions that are worked on at once."""
 SOMETHING_ELSE = "something else"
+
+
+class _Fit(NamedTuple):
+    """A model at its most probable."""
+
+    parameters: np.ndarray
+    """(m + further parameters,), as `Model.log_policy` takes them."""
+    log_posterior: float
 
 
 @dataclass(frozen=True)
@@ -85,12 +94,12 @@ def check_model(
     """
     expert = jax.tree.map(jnp.asarray, expert)
     p_value = p_value_of(STANDARD, expert, draws, seen, key)
-    standard = -_fitted(STANDARD, expert, weights, precision, seen).fun
+    standard = _fitted(STANDARD, expert, weights, precision, seen).log_posterior
     found = {model: _fitted(model, expert, weights, precision, seen) for model in OTHERS}
-    gains = {model: -each.fun - standard for model, each in found.items()}
+    gains = {model: each.log_posterior - standard for model, each in found.items()}
     clear = {model: gain for model, gain in gains.items() if gain >= CLEAR + len(model.further)}
     best = max(clear, key=lambda model: clear[model] - len(model.further), default=None)
-    if best is not None and p_value_of(best, expert, found[best].x[None], seen, key) < UNLIKELY:
+    if best is not None and p_value_of(best, expert, found[best].parameters[None], seen, key) < UNLIKELY:
         best = None
     table = polars.DataFrame(
         {
@@ -101,7 +110,7 @@ def check_model(
     )
     if best is None:
         return ModelCheck(p_value, table, SOMETHING_ELSE if p_value < UNLIKELY else None, ())
-    return ModelCheck(p_value, table, best.name, best.chances(found[best].x[len(weights) :]))
+    return ModelCheck(p_value, table, best.name, best.chances(found[best].parameters[len(weights) :]))
 
 
 def p_value_of(
@@ -145,25 +154,27 @@ def _discrepancies(
     return jax.lax.map(of_draw, (draws, jax.random.split(key, len(draws))))
 
 
-def _fitted(
-    model: Model, expert: ConditionalLikelihood, weights: np.ndarray, precision: float, seen: Observed
-) -> scipy.optimize.OptimizeResult:
-    """The most probable parameters under a model: `x` (m + further parameters), with minus the log-posterior `fun`."""
-    size = jnp.asarray(np.linalg.norm(weights))
+def _fitted(model: Model, expert: ConditionalLikelihood, weights: np.ndarray, precision: float, seen: Observed) -> _Fit:
+    """The most probable parameters under a model."""
+    size, m = jnp.asarray(np.linalg.norm(weights)), len(weights)
+    sizes = model.sharper or (1.0,)
+    both, lost = np.concatenate([np.asarray(weights, float), np.asarray(model.further)]), np.inf
+    for sharper in sizes:
 
-    def lost(both: np.ndarray) -> tuple[float, np.ndarray]:
-        value, slope = _log_posterior(model, expert, jnp.asarray(both), jnp.asarray(precision), size, seen)
-        return -float(value), -np.asarray(slope)
+        def minus(both: np.ndarray, sharper: float = sharper) -> tuple[float, np.ndarray]:
+            at = (jnp.asarray(both), jnp.asarray(precision), size, jnp.asarray(sharper))
+            value, slope = _log_posterior(model, expert, *at, seen)
+            return -float(value), -np.asarray(slope)
 
-    start = np.concatenate([np.asarray(weights, float), np.asarray(model.further)])
-    found = scipy.optimize.minimize(lost, start, jac=True, method="L-BFGS-B", options={"maxiter": 300})
-    found.x = np.asarray(_sized(model, jnp.asarray(found.x), len(weights), size))
-    return found
+        found = scipy.optimize.minimize(minus, both, jac=True, method="L-BFGS-B", options={"maxiter": 300})
+        both, lost = np.array(_sized(model, jnp.asarray(found.x), m, size)), float(found.fun)
+    both[:m] *= sizes[-1]
+    return _Fit(both, -lost)
 
 
 def _sized(model: Model, both: Array, m: int, size: Array) -> Array:
     """The parameters, with weights of `size` where the model does not tell it."""
-    if not model.of_order:
+    if not model.sharper:
         return both
     # Nothing is added that counts; but at 0 a norm has no slope.
     length = jnp.sqrt(jnp.sum(both[:m] ** 2) + 1e-30)
@@ -172,12 +183,18 @@ def _sized(model: Model, both: Array, m: int, size: Array) -> Array:
 
 @partial(jax.jit, static_argnums=0, compiler_options=QUICKLY)
 def _log_posterior(
-    model: Model, expert: ConditionalLikelihood, both: Array, precision: Array, size: Array, seen: Observed
+    model: Model,
+    expert: ConditionalLikelihood,
+    both: Array,
+    precision: Array,
+    size: Array,
+    sharper: Array,
+    seen: Observed,
 ) -> tuple[Array, Array]:
     m = expert.number_of_weights
 
     def of_one(each: Observed, both: Array) -> Array:
-        return jnp.sum(each.counts * model.log_policy(expert, both[:m], both[m:], each))
+        return jnp.sum(each.counts * model.log_policy(expert, sharper * both[:m], both[m:], each))
 
     def value(both: Array) -> Array:
         both = _sized(model, both, m, size)

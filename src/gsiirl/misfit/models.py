@@ -23,8 +23,11 @@ from gsiirl.equilibria.response import Response, respond_now
 from gsiirl.games.base import FORBIDDEN
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 
-SHARP = 10.0
-"""By how much larger than the soft best response's the weights of `ranks` are, so that the order hardly wavers."""
+SHARPER = (10.0, 30.0, 100.0, 300.0)
+"""Sizes of the weights of `ranks`, in units of the soft best response's; each fit begins where the one before ended.
+
+At the first size which action is best is blurred, and a search finds its way; at the last one hardly anything is.
+"""
 
 
 class Observed(eqx.Module):
@@ -45,8 +48,9 @@ class Model(NamedTuple):
     further: tuple[float, ...] = ()
     chances: Callable[[np.ndarray], tuple[float, ...]] = lambda further: ()
     """What the further parameters say."""
-    of_order: bool = False
-    """Whether only the order of action values matters, so that the size of θ is not to be fitted."""
+    sharper: tuple[float, ...] = ()
+    """Sizes of θ, in units of the soft best response's, where only the order of action values matters: the size is not
+    fitted then, and there is a fit at each of these."""
 
 
 def soft(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
@@ -72,10 +76,10 @@ def lapses(expert: ConditionalLikelihood, weights: Array, further: Array, seen: 
 def ranks(expert: ConditionalLikelihood, weights: Array, further: Array, seen: Observed) -> Array:
     """Chances of the best, the second best and any other action: softmax of (0, `further`).
 
-    Which action is best is blurred a little, so that weights can be fitted by their slope: with weights `SHARP` times
-    as large it is drawn from softmax(q), and the second best from what is left.
+    Which action is best is blurred a little, so that weights can be fitted by their slope: it is drawn from softmax(q),
+    and the second best from what is left. The larger the weights, the less it is.
     """
-    values = expert.action_values(SHARP * weights, seen.learner_policy)
+    values = expert.action_values(weights, seen.learner_policy)
     allowed = values > 0.1 * FORBIDDEN
     number = jnp.sum(allowed, axis=-1, keepdims=True)
     first = jax.nn.softmax(values)
@@ -140,7 +144,7 @@ OTHERS = (
         ranks,
         (-1.0, -2.0),
         _first_and_second,
-        of_order=True,
+        sharper=SHARPER,
     ),
     Model("short-sighted, 1 step", "it is short-sighted, 1 step", short_sighted(1)),
     Model("short-sighted, 2 steps", "it is short-sighted, 2 steps", short_sighted(2)),
