@@ -28,8 +28,12 @@ from gsiirl.compilation import QUICKLY
 from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.misfit.models import OTHERS, STANDARD, Model, Observed
 
-CLEAR = 5.0
-"""Nats by which another model must be more probable to be named."""
+CLEAR = 3.0
+"""Nats by which another model must be more probable to be named.
+
+Where the model in use is right, another one of as many parameters that is κ nats from it on average gains about
+N(−κ, 2κ), so that it is named with a chance of at most P(N(0, 1) > √(2 · 3)) = 0.7 %, whatever κ is.
+"""
 UNLIKELY = 0.01
 """p-value below which the model is said not to fit, though no other is known to fit better."""
 SIMULATED = 200
