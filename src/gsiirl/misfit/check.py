@@ -32,7 +32,8 @@ CLEAR = 3.0
 """Nats by which another model must be more probable to be named.
 
 Where the model in use is right, another one of as many parameters that is κ nats from it on average gains about
-N(−κ, 2κ), so that it is named with a chance of at most P(N(0, 1) > √(2 · 3)) = 0.7 %, whatever κ is.
+a normal draw of mean -κ and variance 2κ. It then gains 3 with a chance of at most 0.7 %, whatever κ is: the draw must
+be (3 + κ)/√(2κ) ≥ √6 deviations above its mean.
 """
 UNLIKELY = 0.01
 """p-value below which the model is said not to fit, though no other is known to fit better."""

@@ -19,6 +19,7 @@ from gsiirl.experiments.deception.config import DeceptionConfig
 from gsiirl.experiments.security.changes import changed
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.experiments.security.transfer import SEEN, Learned, World, judged, kept_where_same
+from gsiirl.experiments.transfer.learned import Model
 from gsiirl.experiments.transfer.regret import rows
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.runs import RunFolder, summarise
@@ -163,7 +164,7 @@ def test_the_old_policy_is_played_where_states_and_edges_are_the_same(run: Path,
 def test_where_nothing_changes_the_old_policies_earn_what_they_earned(run: Path):
     learned = Learned.open(run)
     with jax.numpy_dtype_promotion("standard"):
-        models = {"gsiirl": learned.weights, "another": learned.weights}
+        models = dict.fromkeys(["gsiirl", "another"], Model(learned.weights, learned.policies))
         found = rows(judged(learned, learned.network, models).returns)
     expected = [
         learner_return(dense(learned.network), over_all_states(each, learned.network)) for each in learned.policies

@@ -27,21 +27,19 @@ from gsiirl.experiments.continuous.experiment import front_door_of
 from gsiirl.experiments.crossing.changes import Layout, boxes, changed, drawn
 from gsiirl.experiments.crossing.config import CrossingConfig
 from gsiirl.experiments.crossing.problem import build
-from gsiirl.experiments.transfer.learned import OTHER_RUN, AbstractLearned, Judged, Kept
+from gsiirl.experiments.transfer.learned import OTHER_RUN, AbstractLearned, Judged, Kept, Model
 from gsiirl.experiments.transfer.regret import RANDOM, TRUE, UNCHANGED
 from gsiirl.games.crossing import Crossing
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.problems.continuous_problem import single_precision
 from gsiirl.rewards import crossing as rewards
 from gsiirl.rewards.continuous import TransitionReward, mean_return
-from gsiirl.types import Number, Sides, Transition
+from gsiirl.types import AnyArray, Number, Sides, Transition
 
 ALONE = "own reward alone"
 """The row of a robot that trains for r_li, and takes no heed of the human."""
 SEARCH_KEY = 0
-"""All searches in a changed crossing begin from the same starts, those with the true rewards too."""
-STARTS = 2
-"""Random pairs that the forward model begins from; the one that promises the robot more is trained to the end."""
+"""Of the random pair of networks that every search begins from, besides the pair that a run ended with."""
 
 
 class World(eqx.Module):
@@ -64,11 +62,13 @@ class World(eqx.Module):
 
 @dataclass(frozen=True)
 class LearnedCrossing(AbstractLearned):
-    """What every seed of a run learned, and the networks that it ended with; `weights` are in the unit ball."""
+    """What every seed of a run learned, and the networks that it ended with.
+
+    `weights` are in the unit ball; `policies` are by name: `learner`, the `expert` of its model, and the true human's
+    `response`.
+    """
 
     config: CrossingConfig
-    policies: dict[str, PolicyNetwork]
-    """`learner`, the `expert` of its model, and the true human's `response`, with a leading axis n."""
 
     @classmethod
     def open(cls, path: Path, field: str = "DIR") -> Self:
@@ -102,7 +102,7 @@ class LearnedCrossing(AbstractLearned):
         fields = ("horizon", "discount", "reward")
         return all(getattr(self.config, field) == getattr(other.config, field) for field in fields)
 
-    def judge(self, changes: list[str], models: Mapping[str, Sides[np.ndarray]]) -> Callable[[str], Judged]:
+    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str], Judged]:
         layouts = {change: changed(Layout(), change) for change in changes}
         with single_precision():
             procedure = Procedure(self.config)
@@ -131,23 +131,28 @@ class Procedure:
         self.untrained = compiled(self._untrained)
         self.worth = compiled(self._worth)
 
-    def _committed(self, world: World, weights: Sides[Float[Array, "n ..."]], key: PRNGKeyArray) -> Sides[Any]:
-        """The pairs (n) that the forward model comes to under n learned pairs of rewards."""
+    def _committed(
+        self, world: World, weights: Sides[Float[Array, "n ..."]], before: Any, key: PRNGKeyArray
+    ) -> Sides[PolicyNetwork]:
+        """The pairs (n) that the forward model comes to under n learned pairs of rewards, and from n pairs `before`."""
 
-        def one(learned: Sides[Array]) -> Sides[PolicyNetwork]:
+        def one(inputs: tuple[Sides[Array], Sides[PolicyNetwork]]) -> Sides[PolicyNetwork]:
+            learned, pair = inputs
             modelled: Sides[TransitionReward] = Sides(
                 lambda seen: self._problem.dependent_reward(learned.learner, seen) + world.own_reward(seen),
                 lambda seen: self._problem.expert_reward(learned.expert, seen),
             )
-            return self._trained(world, modelled, key)
+            return self._trained(world, modelled, pair, key)
 
-        return jax.lax.map(one, weights)
+        return jax.lax.map(one, (weights, before))
 
-    def _committed_with_truth(self, world: World, key: PRNGKeyArray) -> Sides[PolicyNetwork]:
-        """The pair that it comes to under both true rewards."""
-        return self._trained(world, self._true(world), key)
+    def _committed_with_truth(self, world: World, before: Any, key: PRNGKeyArray) -> Sides[PolicyNetwork]:
+        """The pairs that it comes to under both true rewards."""
+        return jax.lax.map(lambda pair: self._trained(world, self._true(world), pair, key), before)
 
-    def _trained(self, world: World, modelled: Sides[TransitionReward], key: PRNGKeyArray) -> Sides[PolicyNetwork]:
+    def _trained(
+        self, world: World, modelled: Sides[TransitionReward], before: Sides[PolicyNetwork], key: PRNGKeyArray
+    ) -> Sides[PolicyNetwork]:
         solver = replace(self._solver, game=world.game)
         start_key, ascent_key, test_key = jax.random.split(key, 3)
 
@@ -157,32 +162,35 @@ class Procedure:
         def promise(pair: Sides[Ascent]) -> Array:
             return self._promise(solver, modelled.learner, policies_of(pair), test_key)
 
-        starts = jax.vmap(solver.init)(jax.random.split(start_key, STARTS))
+        starts = _stacked(solver.init_at(before), solver.init(start_key))
         return policies_of(best_of_starts(starts, climb, promise, ascent_key, self._config.training_steps))
 
     def _against_clones(
-        self, world: World, dependent: Float[Array, "n a"], clones: PolicyNetwork, key: PRNGKeyArray
+        self, world: World, dependent: Float[Array, "n a"], before: Any, key: PRNGKeyArray
     ) -> PolicyNetwork:
-        """The robot's best answers to n humans that go on as they did, whatever the robot does."""
+        """The robot's best answers to n humans that go on as they did, whatever the robot does.
+
+        `before` are pairs of a robot, from which a search begins, and such a human.
+        """
         solver = replace(self._answerer, game=world.game)
         start_key, ascent_key, test_key = jax.random.split(key, 3)
 
-        def one(inputs: tuple[Array, PolicyNetwork]) -> PolicyNetwork:
-            fitted, clone = inputs
+        def one(inputs: tuple[Array, Sides[PolicyNetwork]]) -> PolicyNetwork:
+            fitted, pair = inputs
 
             def modelled(seen: Transition) -> Array:
                 return self._problem.dependent_reward(fitted, seen) + world.own_reward(seen)
 
             def climb(ascent: Ascent, key: PRNGKeyArray, steps: int) -> Ascent:
-                return solver.answer(clone, modelled, ascent, key, steps)
+                return solver.answer(pair.expert, modelled, ascent, key, steps)
 
             def promise(ascent: Ascent) -> Array:
-                return self._promise(solver, modelled, Sides(ascent.policy, clone), test_key)
+                return self._promise(solver, modelled, Sides(ascent.policy, pair.expert), test_key)
 
-            starts = jax.vmap(solver.init)(jax.random.split(start_key, STARTS)).learner
+            starts = _stacked(solver.init_at(pair).learner, solver.init(start_key).learner)
             return best_of_starts(starts, climb, promise, ascent_key, self._config.training_steps).policy
 
-        return jax.lax.map(one, (dependent, clones))
+        return jax.lax.map(one, (dependent, before))
 
     def _promise(
         self, solver: Pathwise, reward: TransitionReward, pair: Sides[PolicyNetwork], key: PRNGKeyArray
@@ -194,7 +202,7 @@ class Procedure:
     def _untrained(self, world: World, key: PRNGKeyArray) -> Sides[PolicyNetwork]:
         return self._judge(world).untrained(key)
 
-    def _worth(self, world: World, pairs: Any, key: PRNGKeyArray) -> Float[Array, "2 n"]:
+    def _worth(self, world: World, pairs: Any, key: PRNGKeyArray) -> Float[Array, "n 2"]:
         """What n robots earn against the true human's best responses: discounted, and not.
 
         `pairs` are robots, and humans from which one of the searches for a best response starts.
@@ -206,7 +214,7 @@ class Procedure:
             episodes = judge.episodes(Sides(pair.learner, response))
             return jnp.stack([judge.returns(episodes, discount).learner for discount in (self._config.discount, 1.0)])
 
-        return jax.lax.map(one, pairs).T
+        return jax.lax.map(one, pairs)
 
     def _true(self, world: World) -> Sides[TransitionReward]:
         return Sides(
@@ -221,42 +229,52 @@ class Procedure:
         )
 
 
-def judged(
-    procedure: Procedure, layout: Layout, learned: LearnedCrossing, models: Mapping[str, Sides[np.ndarray]]
-) -> Judged:
+def judged(procedure: Procedure, layout: Layout, learned: LearnedCrossing, models: Mapping[str, Model]) -> Judged:
     """Every row of one changed crossing: what is deployed earns there."""
     world = World.of(layout, learned.config.horizon)
     search_key, random_key, response_key = jax.random.split(jax.random.key(SEARCH_KEY), 3)
-    clones = learned.policies["response"]
+    ended = Sides(learned.policies["learner"], learned.policies["expert"])
+    met = Sides(learned.policies["learner"], learned.policies["response"])
     nothing = jax.tree.map(lambda leaf: np.zeros_like(leaf[:1]), learned.weights)
-    weights = {**models, ALONE: nothing}
-    every = jax.tree.map(lambda *leaves: jnp.asarray(np.concatenate(leaves), jnp.float32), *weights.values())
-    pairs = _split(procedure.committed(world, every, search_key), {name: len(w.expert) for name, w in weights.items()})
-    answers = procedure.against_clones(world, jnp.asarray(learned.weights.learner, jnp.float32), clones, search_key)
-    alone = pairs.pop(ALONE)
-    pairs = {
-        TRUE: _one(procedure.committed_with_truth(world, search_key)),
-        **pairs,
-        "clone": Sides(answers, clones),
-        UNCHANGED: Sides(learned.policies["learner"], clones),
-        ALONE: alone,
-        RANDOM: _one(procedure.untrained(world, random_key)),
+    begun = {
+        name: (model.weights, Sides(model.policies["learner"], model.policies["expert"]))
+        for name, model in models.items()
     }
-    together = jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *pairs.values())
-    values = np.asarray(procedure.worth(world, together, response_key))
-    ends = np.cumsum([jax.tree.leaves(pair)[0].shape[0] for pair in pairs.values()])
-    return Judged({"layout": asdict(layout)}, dict(zip(pairs, np.split(values, ends[:-1], axis=1), strict=True)))
+    begun[ALONE] = (nothing, jax.tree.map(lambda leaf: leaf[:1], ended))
+    weights, pairs = _together(list(begun.values()))
+    searched = procedure.committed(world, weights, pairs, search_key)
+    found = _split(searched, {name: len(each.expert) for name, (each, _) in begun.items()})
+    alone = found.pop(ALONE)
+    answers = procedure.against_clones(world, jnp.asarray(learned.weights.learner), met, search_key)
+    deployed = {
+        TRUE: procedure.committed_with_truth(world, ended, search_key),
+        **found,
+        "clone": Sides(answers, met.expert),
+        UNCHANGED: met,
+        ALONE: alone,
+        RANDOM: jax.tree.map(lambda leaf: leaf[None], procedure.untrained(world, random_key)),
+    }
+    values = np.asarray(procedure.worth(world, _together(list(deployed.values())), response_key))
+    numbers = {name: jax.tree.leaves(pair)[0].shape[0] for name, pair in deployed.items()}
+    returns = {name: each.T for name, each in _split(values, numbers).items()}
+    return Judged({"layout": asdict(layout)}, returns)
 
 
-def _one(pair: Sides[PolicyNetwork]) -> Any:
-    return jax.tree.map(lambda leaf: leaf[None], pair)
+def _stacked(one: Ascent | Sides[Ascent], other: Ascent | Sides[Ascent]) -> Any:
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), one, other)
 
 
-def _split(pairs: Any, numbers: Mapping[str, int]) -> dict[str, Any]:
+def _together(trees: list[Any]) -> Any:
+    """Trees of arrays, one after the other along the leading axis."""
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *trees)
+
+
+def _split(together: Any, numbers: Mapping[str, int]) -> dict[str, Any]:
     """What stands one after the other along the leading axis, by name."""
-    found: dict[str, Any] = {}
-    first = 0
-    for name, number in numbers.items():
-        found[name] = jax.tree.map(lambda leaf, first=first, end=first + number: leaf[first:end], pairs)
-        first += number
-    return found
+    ends = np.cumsum([0, *numbers.values()]).tolist()
+    bounds = zip(numbers, ends[:-1], ends[1:], strict=True)
+    return {name: jax.tree.map(partial(_rows, first, last), together) for name, first, last in bounds}
+
+
+def _rows(first: int, last: int, leaf: AnyArray) -> AnyArray:
+    return leaf[first:last]

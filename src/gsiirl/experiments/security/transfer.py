@@ -22,7 +22,7 @@ from gsiirl.compilation import QUICKLY
 from gsiirl.errors import InputError
 from gsiirl.experiments.security.changes import carried_over, changed, drawn
 from gsiirl.experiments.security.config import SecurityConfig
-from gsiirl.experiments.transfer.learned import OTHER_RUN, AbstractLearned, Judged, Kept
+from gsiirl.experiments.transfer.learned import OTHER_RUN, AbstractLearned, Judged, Kept, Model
 from gsiirl.experiments.transfer.regret import RANDOM, TRUE, UNCHANGED
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.games.base import uniform_policy
@@ -73,14 +73,13 @@ class World(eqx.Module):
 class Learned(AbstractLearned):
     """What every seed of a run learned, its policies and, where they are kept, the answers that it saw.
 
-    `weights` are (n, N + 2 E) of r_ld in reward units, and (n, N + E) of r_e in units of the temperature.
+    `weights` are (n, N + 2 E) of r_ld in reward units, and (n, N + E) of r_e in units of the temperature. `policies`
+    are tables (n, T, S, A_l).
     """
 
     config: SecurityConfig
     network: AttackNetwork
     temperature: float
-    policies: np.ndarray
-    """(n, T, S, A_l)."""
     answers: np.ndarray | None
     """(n, S, A_e): how often each action of the attacker was seen in each state."""
 
@@ -129,7 +128,7 @@ class Learned(AbstractLearned):
         same = self.folder.game == other.folder.game and self.temperature == other.temperature
         return same and self.config.discount == other.config.discount
 
-    def judge(self, changes: list[str], models: Mapping[str, Sides[np.ndarray]]) -> Callable[[str], Judged]:
+    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str], Judged]:
         networks = {change: changed(self.network, change) for change in changes}
 
         def judge(change: str) -> Judged:
@@ -139,14 +138,14 @@ class Learned(AbstractLearned):
         return judge
 
 
-def judged(learned: Learned, network: AttackNetwork, models: Mapping[str, Sides[np.ndarray]]) -> Judged:
+def judged(learned: Learned, network: AttackNetwork, models: Mapping[str, Model]) -> Judged:
     """Every row of one changed network: what is deployed earns there."""
     before, world = (World.of(each, learned.config, learned.temperature) for each in (learned.network, network))
 
     def carried(leaf: np.ndarray) -> np.ndarray:
         return carried_over(leaf, learned.network, network)
 
-    weights = {name: jax.tree.map(carried, model) for name, model in models.items()}
+    weights = {name: jax.tree.map(carried, model.weights) for name, model in models.items()}
     true = jax.tree.map(lambda leaf: np.asarray(leaf)[None], world.true)
     every = jax.tree.map(lambda *leaves: jnp.asarray(np.concatenate(leaves)), true, *weights.values())
     searched = np.asarray(_committed(world, every, jax.random.key(SEARCH_KEY)))

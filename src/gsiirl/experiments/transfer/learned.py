@@ -30,6 +30,13 @@ class Judged(NamedTuple):
     returns: dict[str, np.ndarray]
 
 
+class Model(NamedTuple):
+    """What a learner takes to a changed game, of every seed: its weights, and the policies that it ended with."""
+
+    weights: Sides[np.ndarray]
+    policies: Any
+
+
 class Kept(NamedTuple):
     """What a finished run has kept, of all its seeds."""
 
@@ -89,6 +96,8 @@ class AbstractLearned(abc.ABC):
     """Seeds whose rewards or policy are no numbers."""
     weights: Sides[np.ndarray]
     """(n, ·) of the learner's reward and of r_e, in the units that the experiment computes with."""
+    policies: Any
+    """The final policies, along a leading axis n."""
 
     @property
     def algorithm(self) -> str:
@@ -104,8 +113,8 @@ class AbstractLearned(abc.ABC):
         """Whether another run was of the same game, and the same rewards were to be learned there."""
 
     @abc.abstractmethod
-    def judge(self, changes: list[str], models: Mapping[str, Sides[np.ndarray]]) -> Callable[[str], Judged]:
-        """What judges learned weights in a game after one of these changes, a row for each name in `models`.
+    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str], Judged]:
+        """What judges learned rewards in a game after one of these changes, a row for each name in `models`.
 
         Raises:
             InputError: a change cannot be made.
@@ -139,15 +148,16 @@ class AbstractLearned(abc.ABC):
             self.folder.write_transfer(result)
         return result
 
-    def models(self, beside: "AbstractLearned | None") -> dict[str, Sides[np.ndarray]]:
-        """The learned weights of both runs, by the name of a row.
+    def models(self, beside: "AbstractLearned | None") -> dict[str, Model]:
+        """What both runs have learned, by the name of a row.
 
-        Of the run beside there are two: as they are, and its r_e with this run's fit of r_ld, mean over seeds. The
+        Of the run beside there are two: as it is, and its r_e with this run's fit of r_ld, mean over seeds. The
         learner's own reward can be read: whose expert is the better one is told by r_e alone.
         """
-        found = {self.algorithm: self.weights}
+        found = {self.algorithm: Model(self.weights, self.policies)}
         if beside is not None:
             name = beside.algorithm if beside.algorithm != self.algorithm else f"{self.algorithm}, beside"
             fitted = np.repeat(self.weights.learner.mean(axis=0, keepdims=True), len(beside.seeds), axis=0)
-            found |= {name: beside.weights, f"{name}, r_e alone": Sides(fitted, beside.weights.expert)}
+            found[name] = Model(beside.weights, beside.policies)
+            found[f"{name}, r_e alone"] = Model(Sides(fitted, beside.weights.expert), beside.policies)
         return found

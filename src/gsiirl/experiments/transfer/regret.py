@@ -12,8 +12,11 @@ TRUE, UNCHANGED, RANDOM = "true rewards", "policy unchanged", "random"
 
 
 def rows(values: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Statistics over seeds of discounted and undiscounted returns [2, n], and of the regret to the true rewards."""
-    best, random = values[TRUE][0, 0], values[RANDOM][0, 0]
+    """Statistics over seeds of discounted and undiscounted returns [2, n], and of the regret to the true rewards.
+
+    Where several searches were made with these, regret is to their mean.
+    """
+    best, random = float(values[TRUE][0].mean()), float(values[RANDOM][0].mean())
     span = best - random
     # Where nothing can be won there is nothing to miss.
     share = 100.0 / span if span > 1e-9 * max(1.0, abs(best)) else 0.0
