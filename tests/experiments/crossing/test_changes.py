@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from gsiirl.errors import InputError
-from gsiirl.experiments.crossing.changes import KINDS, Box, Layout, boxes, changed, drawn
+from gsiirl.experiments.crossing.changes import KINDS, Box, Layout, _is_a_crossing, boxes, changed, drawn
 from gsiirl.games.crossing import HUMAN_START, ROBOT_START
 
 
@@ -43,7 +43,22 @@ def test_drawn_changes_come_in_turn_and_can_be_given_again():
     assert len({changed(Layout(), each) for each in changes}) == 11
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize(
+    ("layout", "holds"),
+    [
+        (Layout(), True),
+        (Layout(robot_goal=(0.0, -0.1)), False),
+        (Layout(human_start=(0.0, -0.1)), False),
+        # 0.42 apart, but the boxes touch: the robot's is 0.25 to either side, the human's 0.25 up and down.
+        (Layout(human_start=(0.29, -0.15)), False),
+        (Layout(human_start=(0.31, -0.15)), True),
+    ],
+)
+def test_a_crossing_has_a_way_to_go_and_room_between_the_starts(layout: Layout, holds: bool):
+    assert _is_a_crossing(layout) is holds
+
+
+@pytest.mark.parametrize("seed", range(10))
 def test_drawn_places_leave_a_way_to_go_and_nobody_starts_in_a_collision(seed: int):
     for change in drawn(10, seed):
         layout = changed(Layout(), change)
