@@ -196,8 +196,10 @@ def test_runs_and_changes_that_do_not_fit_are_refused_in_one_line(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
     other = finished_run(tmp_path / "other", config=replace(CONFIG, discount=0.5))
+    wider = finished_run(tmp_path / "wider", config=replace(CONFIG, hidden=32))
     for arguments, line in [
         ([str(run), "--beside", str(other)], f"--beside: {other} is a run of another game; give one of the game of"),
+        ([str(run), "--beside", str(wider)], f"--beside: {wider} is a run of another game; give one of the game of"),
         ([str(run), "--change", "redraw=1"], "--change: 'redraw=1' is no change of the crossing; give robot-goal=X:Y"),
         ([str(run), "--change", "human-speed=9"], "--change: human-speed cannot be 9; give a number above 0"),
     ]:

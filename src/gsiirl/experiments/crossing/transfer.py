@@ -99,7 +99,8 @@ class LearnedCrossing(AbstractLearned):
     def is_of_the_same_game(self, other: AbstractLearned) -> bool:
         if not isinstance(other, LearnedCrossing):
             return False
-        fields = ("horizon", "discount", "reward")
+        # Of networks of another width no row could be searched for beside these.
+        fields = ("horizon", "discount", "reward", "hidden")
         return all(getattr(self.config, field) == getattr(other.config, field) for field in fields)
 
     def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str], Judged]:

@@ -6,7 +6,7 @@ anew. The policy is then deployed against the true attacker of the changed netwo
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -119,6 +119,11 @@ class Learned(AbstractLearned):
             answers=None if seen is None else seen.sum(axis=(1, 2))[sound],
         )
 
+    @cached_property
+    def world(self) -> World:
+        """The network before any change."""
+        return World.of(self.network, self.config, self.temperature)
+
     def drawn(self, number: int, seed: int) -> list[str]:
         return drawn(self.network, number, seed)
 
@@ -140,7 +145,7 @@ class Learned(AbstractLearned):
 
 def judged(learned: Learned, network: AttackNetwork, models: Mapping[str, Model]) -> Judged:
     """Every row of one changed network: what is deployed earns there."""
-    before, world = (World.of(each, learned.config, learned.temperature) for each in (learned.network, network))
+    before, world = learned.world, World.of(network, learned.config, learned.temperature)
 
     def carried(leaf: np.ndarray) -> np.ndarray:
         return carried_over(leaf, learned.network, network)
