@@ -1,5 +1,6 @@
 """Settings of all tests."""
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,7 +24,16 @@ settings.register_profile("gsiirl", deadline=None, derandomize=True)
 settings.load_profile("gsiirl")
 
 
-@pytest.fixture(scope="session", autouse=True)
+def _drop_oldest(folder: Path) -> None:
+    files = [(path.stat(), path) for path in folder.iterdir()]
+    total = sum(stat.st_size for stat, _ in files)
+    for stat, path in sorted(files, key=lambda each: each[0].st_mtime):
+        if total <= program_cache.LARGEST:
+            return
+        path.unlink(missing_ok=True)
+        total -= stat.st_size
+
+
 def _compile_once() -> None:
     """What one test or an earlier session has compiled is not compiled again, the smallest programs too."""
     compilation.OF_A_RUN["cpu"].clear()
@@ -38,14 +48,19 @@ def _compile_once() -> None:
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 
 
-def _drop_oldest(folder: Path) -> None:
-    files = [(path.stat(), path) for path in folder.iterdir()]
-    total = sum(stat.st_size for stat, _ in files)
-    for stat, path in sorted(files, key=lambda each: each[0].st_mtime):
-        if total <= program_cache.LARGEST:
-            return
-        path.unlink(missing_ok=True)
-        total -= stat.st_size
+# Here and not in a fixture: modules of tests compile a little while they are imported.
+_compile_once()
+# JAX makes very many small objects that live on; looking through all of them again and again takes a twentieth of
+# the time.
+gc.set_threshold(200_000, 50, 1000)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _programs_stay() -> Iterator[None]:
+    """Commands that forget their programs to save memory leave those of later tests alone."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(jax, "clear_caches", lambda: None)
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -84,6 +84,7 @@ def test_one_scan_single_rounds_and_a_stranger_asked_round_by_round_teach_the_sa
     assert bool(learned.solution.converged)
 
 
+@pytest.mark.slow
 def test_an_attacker_in_plain_python_is_recognised(problem):
     simpleton = Simpleton(problem)
     learned = problem.reward_learner.fit(simpleton, 25, TRAJECTORIES, seed=0, progress=False)

@@ -178,7 +178,10 @@ def test_every_point_of_a_folding_branch_is_an_equilibrium_and_the_turns_are_sin
     assert falling.min() == pytest.approx(turns[1], rel=1e-3)
 
 
-@pytest.mark.parametrize("number", RECORDED["folding_game"].tolist())
+FOLDING = RECORDED["folding_game"].tolist()
+
+
+@pytest.mark.parametrize("number", [FOLDING[0], *(pytest.param(each, marks=pytest.mark.slow) for each in FOLDING[1:])])
 def test_short_steps_follow_the_same_branch(number):
     payoffs = RECORDED["learner_payoff"][number], RECORDED["expert_payoff"][number]
     long, short = trace_logit_branch(*payoffs, 40.0), trace_logit_branch(*payoffs, 40.0, largest_step=0.08)
@@ -212,7 +215,7 @@ def test_a_near_bifurcation_is_followed_and_a_true_one_refused():
 # --- pygambit
 
 
-@pytest.mark.parametrize("column", range(3))
+@pytest.mark.parametrize("column", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (1, 2))])
 def test_stage_solutions_are_pygambits(column):
     rationality = RECORDED["rationality"][column]
     for number, (learner_payoff, expert_payoff) in enumerate(

@@ -189,6 +189,7 @@ def test_the_gradient_of_actors_agrees_with_finite_differences(state):
         assert abs(float(change[side])) > 1e-4
 
 
+@pytest.mark.slow
 def test_a_critic_learns_a_known_value_and_the_actor_its_best_action():
     # One step: the learner is paid 1 − (a_l − s_0/2)² and the expert −(a_e + a_l)².
     game = Drift(horizon=1)

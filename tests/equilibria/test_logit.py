@@ -42,7 +42,7 @@ def test_dense_games_agree_with_the_oracle(seed, temperature):
     np.testing.assert_array_equal(found.branch_folds, expected.folded)
 
 
-@pytest.mark.parametrize("temperature", [0.4, 0.05])
+@pytest.mark.parametrize("temperature", [0.4, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_attack_graphs_agree_with_the_oracle(temperature):
     network, game, dense = helpers.small_attack_graph()
     expected = oracles.markov_logit(dense.game(), helpers.HORIZON, DISCOUNT, temperature)

@@ -96,6 +96,7 @@ def test_sides_with_unlike_numbers_of_controls_shake_each_by_its_own():
     assert before == after
 
 
+@pytest.mark.slow
 def test_both_sides_learn_to_reach_their_goals():
     solve = solver(hidden=16, batch=16, decay_steps=300, learning_rate=1e-2)
     state, progress = jax.jit(lambda key: solve.ascend(solve.init(key), TRUE, key, 300))(jax.random.key(0))

@@ -198,6 +198,7 @@ def test_the_residual_agrees_with_numpy(actions):
     assert float(solution.residual) == pytest.approx(residual_by_numpy(dense, tables, visits), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_residual_falls_with_more_episodes_and_decides_convergence():
     network, game, _ = helpers.small_attack_graph()
     rewards = helpers.true_rewards(game, network)

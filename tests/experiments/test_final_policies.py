@@ -14,7 +14,9 @@ SIZES = {"learner": (21, 4), "expert": (9, 2), "response": (9, 2)}
 HIDDEN = 3
 
 
-@pytest.mark.parametrize("algorithm", ["gsiirl", pytest.param("ma-irl", marks=pytest.mark.slow), "marl"])
+@pytest.mark.parametrize(
+    "algorithm", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("gsiirl", "ma-irl")), "marl"]
+)
 def test_the_ending_keeps_every_network(algorithm):
     with jax.enable_x64(False):
         small: dict[str, Any] = {

@@ -1,4 +1,5 @@
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -38,9 +39,19 @@ def bytes_of(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> Path:
+    """A run that nothing interrupts; `halfway`, beside it, is its folder after the first checkpoint."""
     folder = tmp_path_factory.mktemp("runs") / "whole"
+    save = RunFolder.save_checkpoint
     TOLD.clear()
-    runner.run(tiny_config(**LEARNERS["simple"]), folder, rows_to=TOLD.append)
+
+    def save_and_copy(run: RunFolder, *arguments: object) -> None:
+        save(run, *arguments)  # pyright: ignore[reportArgumentType]
+        if not (folder.parent / "halfway").exists():
+            shutil.copytree(run.path, folder.parent / "halfway")
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(RunFolder, "save_checkpoint", save_and_copy)
+        runner.run(tiny_config(**LEARNERS["simple"]), folder, rows_to=TOLD.append)
     return folder
 
 
@@ -70,7 +81,15 @@ def test_the_same_run_again_gives_identical_bytes_and_leaves_jaxs_switches_as_th
     assert bytes_of(tmp_path / "again") == bytes_of(finished)
 
 
-@pytest.mark.parametrize("learner", ["simple", pytest.param("default", marks=pytest.mark.slow)])
+def test_what_stands_after_the_first_checkpoint_resumes_to_identical_bytes(finished, tmp_path):
+    halfway = shutil.copytree(finished.parent / "halfway", tmp_path / "halfway")
+    assert RunFolder.open(halfway).metrics()["iteration"].max() == 4
+    runner.resume(halfway)
+    assert bytes_of(halfway) == bytes_of(finished)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("learner", ["simple", "default"])
 def test_an_interrupted_run_resumes_to_identical_bytes(learner, finished, tmp_path, monkeypatch):
     config = tiny_config(**LEARNERS[learner])
     whole = finished

@@ -46,6 +46,7 @@ def worth(learner_policy, policy) -> float:
     return float(mean_return(rewards.human_reward, episodes_from(GAME, Sides(learner_policy, policy), starts), 0.9))
 
 
+@pytest.mark.slow
 def test_it_practises_from_different_starts_and_gets_better(practised):
     learner_policy, habits = practised
     weights = np.asarray(jax.tree.leaves(habits.practised.policy)[0])

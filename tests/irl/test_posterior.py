@@ -150,6 +150,7 @@ def test_an_old_fisher_information_leads_to_the_same_estimate(
     assert not np.array_equal(stale.precision, fresh.precision)
 
 
+@pytest.mark.slow
 def test_without_matrices_one_weight_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     inference, memory = one_shot(np.array([40.0, 60.0]), 3.0)
     dense = fitted(inference, memory)

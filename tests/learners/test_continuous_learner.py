@@ -140,6 +140,7 @@ def test_the_commitment_is_the_fitted_dependent_reward(lived):
         np.testing.assert_allclose(at.commitment, learner.fitted_dependent_reward(at), atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_model_that_is_played_to_explore_acts_on_no_commitment(lived):
     learner, _, seen = lived
     episodes = jax.tree.map(lambda leaf: leaf[0, 0], seen)
@@ -175,6 +176,7 @@ def expert_like(state, played: PolicyNetwork, reward, steps: int):
     return episodes_from(GAME, Sides(played, used.policy), starts), used.policy
 
 
+@pytest.mark.slow
 def test_a_response_starts_from_what_the_expert_was_seen_to_do_and_climbs_the_reward_it_is_given():
     learner = make(cloning_steps=800, compared=6, model_response_steps=60, responder=SOLVER)
     state = learner.init(jax.random.key(0))
@@ -195,6 +197,7 @@ def test_a_response_starts_from_what_the_expert_was_seen_to_do_and_climbs_the_re
     assert worth(opposite.policy) < worth(newest.clone) - 0.01
 
 
+@pytest.mark.slow
 def test_an_expert_that_has_learned_its_reward_shows_hardly_a_gap_at_it_and_a_wide_one_elsewhere():
     # At the truth neither the expert nor what models it has much to gain, so that the lower level stands still.
     learner = make(
@@ -219,7 +222,7 @@ def test_an_expert_that_has_learned_its_reward_shows_hardly_a_gap_at_it_and_a_wi
     assert moved(1.0) < 0.3 * moved(-1.0)
 
 
-@pytest.fixture(scope="module", params=[0.0, 1e6])
+@pytest.fixture(scope="module", params=[0.0, pytest.param(1e6, marks=pytest.mark.slow)])
 def still(request, lived):
     """A learner whose forward model takes no steps, with what counts as far off."""
     learner = dataclasses.replace(lived[0], solver_steps=0)

@@ -127,6 +127,7 @@ def test_every_state_lies_in_the_unit_balls_and_counts_its_interactions(runs):
     assert states.memory.count.tolist() == [ITERATIONS] * SEEDS
 
 
+@pytest.mark.slow
 def test_the_learner_ends_at_least_where_marl_does_and_finds_the_rewards(problem, runs):
     seeds = jnp.arange(SEEDS)
     states = jax.vmap(runs.begin)(seeds)

@@ -40,6 +40,7 @@ def test_an_attacker_used_to_a_runs_defender_is_the_runs_expert(tmp_path: Path):
         responding_player("security", to=defender, nodes=3, edges=4, horizon=4)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("optax_promotion")
 def test_a_human_practises_against_the_robot_that_it_is_to_meet(tmp_path: Path):
     config = CrossingConfig(seeds=1, horizon=4)

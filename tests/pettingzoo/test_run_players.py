@@ -73,7 +73,7 @@ def test_the_attacker_as_learned_is_the_runs_own_model_of_it(tmp_path: Path):
 
 @pytest.mark.parametrize(
     "config",
-    [CrossingConfig(seeds=2, horizon=4), DeceptionConfig(seeds=2, horizon=4)],
+    [pytest.param(CrossingConfig(seeds=2, horizon=4), marks=pytest.mark.slow), DeceptionConfig(seeds=2, horizon=4)],
     ids=lambda config: config.experiment,
 )
 def test_networks_do_in_the_environment_what_they_do_in_the_package(

@@ -53,6 +53,7 @@ def test_what_is_deployed_is_measured_on_the_deployed_pair_and_the_model_on_the_
         )
 
 
+@pytest.mark.slow
 def test_a_random_learner_is_met_by_an_expert_that_has_answered_it():
     with jax.enable_x64(False):
         judge, key = judge_of(60), jax.random.key(3)

@@ -126,7 +126,7 @@ def traced(config: CrossingConfig, function: Callable[[Algorithm, jax.Array], ob
         jax.make_jaxpr(lambda key: function(run, key))(jax.random.key(0))
 
 
-@pytest.mark.parametrize("algorithm", ["gsiirl", "ma-irl"])
+@pytest.mark.parametrize("algorithm", ["gsiirl", pytest.param("ma-irl", marks=pytest.mark.slow)])
 def test_a_run_ends_with_what_its_forward_model_settles_on(algorithm, monkeypatch):
     pairs: list[Sides] = []
 
@@ -145,6 +145,7 @@ def test_a_run_ends_with_what_its_forward_model_settles_on(algorithm, monkeypatc
     traced(CrossingConfig(**TINY, algorithm=algorithm).resolved(), end)
 
 
+@pytest.mark.slow
 def test_ma_irl_is_shown_how_marl_plays_the_true_game(monkeypatch):
     config, shown = CrossingConfig(**TINY, algorithm="ma-irl").resolved(), []
 

@@ -69,6 +69,7 @@ def test_figures_name_no_address_but_the_namespaces_of_svg(files: ReportFiles) -
             assert addresses == {b"http://www.w3.org/2000/svg", b"http://www.w3.org/1999/xlink"}
 
 
+@pytest.mark.slow
 def test_the_same_runs_give_the_same_bytes(runs: list[Path], files: ReportFiles, tmp_path: Path) -> None:
     build_report(runs, tmp_path / "again")
     assert content_of(tmp_path / "again") == content_of(files.page.parent)

@@ -92,6 +92,7 @@ def test_the_page_can_be_read_by_all(page: str, folder: Path, tmp_path: Path):
     assert faults(build_report([folder], tmp_path / "alone").page.read_text()) == []
 
 
+@pytest.mark.slow
 def test_the_same_findings_give_the_same_bytes(folder: Path, tmp_path: Path):
     findings = Findings.read(folder)
     findings.write(tmp_path)

@@ -6,7 +6,7 @@ import pytest
 from gsiirl.equilibria.response import respond
 from gsiirl.irl.expectations import expected_return, reward_gradient_expectation
 from gsiirl.theory.checks import corollary_2_1
-from gsiirl.theory.support.algorithm_1 import CHUNK, Games, algorithm_1, draw_games
+from gsiirl.theory.support.algorithm_1 import CHUNK, Games, draw_games
 from gsiirl.theory.support.games import DISCOUNT, TEMPERATURE
 from gsiirl.theory.support.total_derivative import equilibria, minimisers
 from gsiirl.types import Sides
@@ -19,9 +19,8 @@ def games() -> Games:
 
 @pytest.fixture(scope="module")
 def policies(games) -> jax.Array:
-    """What is played in the last iteration of a run."""
-    run = algorithm_1(games, 1.0 / games.upper_smoothness, CHUNK, 0.1)
-    return equilibria(games.problems, run.commitments[-1], run.estimates[-2]).learner_policy
+    """What is played at the points that were drawn."""
+    return equilibria(games.problems, games.commitments, games.estimates).learner_policy
 
 
 def answered(problem, policy, payoff):
@@ -55,6 +54,7 @@ def test_the_feature_difference_gives_the_difference_of_returns(games, policies)
     assert float(fitted - true) == pytest.approx(float(np.asarray(games.estimates[0]) @ features[0]), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_run_ends_at_its_floor(games):
     found = corollary_2_1.measure_gaps(games, 0.1, CHUNK)
     assert found.gaps.shape == found.differences.shape == (CHUNK, 2)
@@ -66,7 +66,8 @@ def test_a_run_ends_at_its_floor(games):
 
 
 def test_more_inner_steps_end_at_the_minimiser(games, policies):
-    rates = 1.0 / (games.lower_smoothness + 0.05)
+    # The smoothness was taken at two points alone, and may be larger here.
+    rates = 0.5 / (games.lower_smoothness + 0.05)
     found = corollary_2_1.settled_estimates(games.problems, policies, games.estimates, jnp.asarray(0.05), rates)
     expected = minimisers(games.problems, policies, 0.05)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)

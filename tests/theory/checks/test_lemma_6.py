@@ -28,6 +28,7 @@ def test_all_signs_are_all_there_once():
     assert set(signs.ravel()) == {-1.0, 1.0}
 
 
+@pytest.mark.slow
 def test_the_enumerated_bias_is_that_of_cubes(monkeypatch: pytest.MonkeyPatch, point: Point):
     # For Σ x_i³ central differences along Δ give Σ (3x_i² + p²)Δ_i: p² too much in every entry, and nothing else.
     def evaluate(learner: jax.Array, expert: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -61,6 +62,7 @@ def test_points_have_numbers_of_their_own():
     assert not np.any(numbers == jax.vmap(point_number)(-learners, experts))
 
 
+@pytest.mark.slow
 def test_sampled_estimates_scatter_around_the_exact_ones(point: Point):
     keys = jax.random.split(jax.random.key(1), 300)
     reach = jnp.asarray(0.3)
@@ -74,6 +76,7 @@ def test_sampled_estimates_scatter_around_the_exact_ones(point: Point):
             assert np.all(np.abs(values.mean(axis=0) - truth) <= 4.5 * error)
 
 
+@pytest.mark.slow
 def test_common_random_numbers_help_and_more_so_for_small_perturbations(point: Point):
     keys = jax.random.split(jax.random.key(2), 300)
 
