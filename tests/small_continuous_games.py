@@ -1,5 +1,6 @@
 """One small continuous game for the tests of its front door: two points on a line."""
 
+from functools import partial
 from typing import Any
 
 import equinox as eqx
@@ -151,5 +152,6 @@ def unlearned(seed: int = 0, **changes: Any) -> ContinuousResult:
         "dependent_reward": LearnedTransitionReward(PROBLEM.dependent_reward, np.array([0.5], np.float32)),
         "history": polars.DataFrame({"iteration": [1]}),
         "true_returns": learner.true_returns,
+        "solver": partial(learner.solver, last_rate=0.02),
     }
     return ContinuousResult(**(made | changes))

@@ -2,7 +2,7 @@
 
 import warnings
 from dataclasses import KW_ONLY, dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import equinox as eqx
@@ -128,6 +128,7 @@ class ContinuousGSIIRL(
                 dependent_reward=LearnedTransitionReward(self.problem.dependent_reward, np.asarray(dependent)[place]),
                 history=_history(self.problem.expert_reward.scale, _at(place, records), asked.trajectories),
                 true_returns=self.true_returns,
+                solver=partial(self.solver, last_rate=TRAINED_RATE),
             )
             for place, seed in enumerate(asked.seeds)
         ]

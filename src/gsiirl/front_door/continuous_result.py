@@ -12,12 +12,14 @@ import polars
 from jaxtyping import Array, Float, PyTree
 
 from gsiirl.arguments import whole_number
+from gsiirl.equilibria.pathwise import Pathwise
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import InputError
 from gsiirl.evaluation.continuous_result import ContinuousEvaluation, evaluate
 from gsiirl.evaluation.true_returns import TrueReturns
 from gsiirl.front_door.html import html_of
 from gsiirl.front_door.results import AbstractResults
+from gsiirl.front_door.transfer import network_for
 from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.problems.continuous_problem import ContinuousProblem, random_steps, reward_of, single_precision
 from gsiirl.rewards.continuous import AbstractTransitionReward, TransitionReward
@@ -78,6 +80,7 @@ class ContinuousResult:
             discounted return in what was seen (`earned`), and how far the weights of r_e moved (`reward_change`, in
             reward units).
         true_returns: what policies earn under a true r_e, given it, steps of training, of judging, and episodes.
+        solver: the forward model, given the steps over which its rate falls.
     """
 
     problem: ContinuousProblem
@@ -89,6 +92,7 @@ class ContinuousResult:
     dependent_reward: LearnedTransitionReward
     history: polars.DataFrame
     true_returns: Callable[[TransitionReward, int, int, int], TrueReturns]
+    solver: Callable[[int], Pathwise]
 
     def __repr__(self) -> str:
         rounds = f"{len(self.history)} iterations of {self.trajectories}"
@@ -129,6 +133,23 @@ class ContinuousResult:
                 raise InputError("state", f"is no state of {type(game).__name__}", "give one as reset or step make it")
             arrays = jax.tree.map(lambda given, leaf: jnp.asarray(given, leaf.dtype), state, wanted)
             return np.asarray(_action(game, self.policy, arrays, jnp.asarray(step / game.horizon, jnp.float32)))
+
+    def policy_for(self, problem: object, seed: int = 0, *, training_steps: int = 1000) -> PolicyNetwork:
+        """A policy π_l to deploy where the game has changed: the forward model is trained anew.
+
+        `problem` is a `Problem`; its sides observe as many numbers as before, and have as many actions. Both rewards
+        are taken along, linear ones weight by name, others as they are; its `dependent_value` is not read. Training
+        takes `training_steps` steps, the first half of them from this result's pair of policies and from a random
+        one, then on from where the learner expects to earn more.
+
+        Raises:
+            InputError: it is no such problem, or has a reward feature of which nothing was learned.
+        """
+        steps, pair = whole_number("training_steps", training_steps, 1), Sides(self.policy, self.expert_policy)
+        learned = Sides(self.dependent_reward.parameters, self.expert_reward.parameters)
+        with single_precision():
+            key, solver = jax.random.key(whole_number("seed", seed, 0)), self.solver(steps)
+        return network_for(problem, self.problem, learned, pair, solver, key, steps)
 
     def evaluate(
         self, expert_reward: TransitionReward, *, training_steps: int = 1000, evaluation_episodes: int = 1000

@@ -1,8 +1,10 @@
-"""A policy for a changed game from what was learned in another (`Result.policy_for`)."""
+"""A policy for a changed game from what was learned in another (`policy_for` of a result)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,10 +13,20 @@ from jaxtyping import Array, PRNGKeyArray
 from gsiirl.commitment.anew import best_commitment
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
+from gsiirl.equilibria.anew import trained_anew
+from gsiirl.equilibria.pathwise import Pathwise
+from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import InputError
 from gsiirl.front_door.learned_reward import LearnedReward
+from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.problems.continuous_problem import ContinuousProblem, Nothing, single_precision
 from gsiirl.problems.problem import Problem
+from gsiirl.rewards.continuous import AbstractTransitionReward, LinearTransitionReward, TransitionReward
+from gsiirl.types import Sides, Transition
+
+EPISODES = 1000
+"""Over which the learner's return is averaged where a search has to choose between networks."""
 
 
 def policy_for(
@@ -54,3 +66,72 @@ def carried_over(kind: str, wanted: Sequence[str], known: Sequence[str], weights
 @partial(jax.jit, compiler_options=QUICKLY)
 def _best(commitment: Commitment, expert_reward: AbstractPayoff, key: PRNGKeyArray) -> Array:
     return best_commitment(commitment, expert_reward, key)
+
+
+def network_for(
+    problem: object,
+    before: ContinuousProblem,
+    parameters: Sides[np.ndarray],
+    pair: Sides[PolicyNetwork],
+    solver: Pathwise,
+    key: PRNGKeyArray,
+    steps: int,
+) -> PolicyNetwork:
+    """The learner of the pair that `solver` comes to in the game of `problem`, under rewards learned in `before`.
+
+    `parameters` are θ of r_ld and of r_e, in the unit ball; `pair` is what the result ended with.
+    """
+    if not isinstance(problem, ContinuousProblem):
+        raise InputError("problem", f"is {type(problem).__name__}", "give a gsiirl.Problem of a continuous game")
+    with single_precision():
+        theirs, ours = _sizes(problem.game), _sizes(before.game)
+        if theirs != ours:
+            raise InputError("problem.game", f"has {_said(theirs)}", f"keep to those of the result: {_said(ours)}")
+        rewards = Sides(
+            _taken_along("dependent", problem.dependent_reward, before.dependent_reward, parameters.learner),
+            _taken_along("expert", problem.expert_reward, before.expert_reward, parameters.expert),
+        )
+        solver = replace(solver, game=problem.game, discount=problem.discount)
+        return _trained(solver, problem.own_reward, rewards, pair, key, steps)
+
+
+def _taken_along(
+    kind: str, wanted: AbstractTransitionReward, known: AbstractTransitionReward, parameters: np.ndarray
+) -> TransitionReward:
+    """A learned reward in another game: of linear ones the weights by name, in reward units; another one as it is."""
+    if isinstance(wanted, LinearTransitionReward) and isinstance(known, LinearTransitionReward):
+        if isinstance(wanted.features, Nothing):
+            return eqx.Partial(wanted, jnp.zeros(1, jnp.float32))
+        weights = known.scale * carried_over(kind, wanted.names, known.names, parameters)
+        return eqx.Partial(wanted, jnp.asarray(weights / wanted.scale, jnp.float32))
+    if type(wanted) is not type(known) or wanted.names != known.names:
+        problem = f"its reward of the {kind} features has other weights than the one that was learned"
+        raise InputError("problem", problem, "give the one that the result was learned with")
+    return eqx.Partial(known, jnp.asarray(parameters, jnp.float32))
+
+
+def _sizes(game: AbstractContinuousGame) -> tuple[int, ...]:
+    """Lengths of what the learner and the expert observe, and of their actions."""
+    seen = eqx.filter_eval_shape(lambda key: game.observe(game.reset(key)), jax.random.key(0))
+    return *(each.shape[0] for each in (seen.learner, seen.expert)), game.action_size.learner, game.action_size.expert
+
+
+def _said(sizes: tuple[int, ...]) -> str:
+    return "observations of {} and {} numbers, actions of {} and {}".format(*sizes)
+
+
+@eqx.filter_jit
+def _trained(
+    solver: Pathwise,
+    own_reward: TransitionReward,
+    learned: Sides[TransitionReward],
+    pair: Sides[PolicyNetwork],
+    key: PRNGKeyArray,
+    steps: int,
+) -> PolicyNetwork:
+    def learner_reward(seen: Transition) -> Array:
+        return learned.learner(seen) + own_reward(seen)
+
+    # The solver goes through both rewards as leaves, which trees of numbers are not.
+    rewards: Sides[TransitionReward] = Sides(learner_reward, lambda seen: learned.expert(seen))
+    return trained_anew(solver, rewards, pair, key, steps, EPISODES).learner

@@ -17,7 +17,8 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from gsiirl.compilation import OF_A_RUN
-from gsiirl.equilibria.pathwise import TRAINED_RATE, Ascent, Pathwise, policies_of
+from gsiirl.equilibria.anew import promised, stacked, trained_anew
+from gsiirl.equilibria.pathwise import TRAINED_RATE, Ascent
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.equilibria.policy_weights import policy_of
 from gsiirl.equilibria.several_starts import best_of_starts
@@ -30,10 +31,9 @@ from gsiirl.experiments.crossing.problem import build
 from gsiirl.experiments.transfer.learned import OTHER_RUN, AbstractLearned, Judged, Kept, Model
 from gsiirl.experiments.transfer.regret import RANDOM, TRUE, UNCHANGED
 from gsiirl.games.crossing import Crossing
-from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.problems.continuous_problem import single_precision
 from gsiirl.rewards import crossing as rewards
-from gsiirl.rewards.continuous import TransitionReward, mean_return
+from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import AnyArray, Number, Sides, Transition
 
 ALONE = "own reward alone"
@@ -154,17 +154,8 @@ class Procedure:
     def _trained(
         self, world: World, modelled: Sides[TransitionReward], before: Sides[PolicyNetwork], key: PRNGKeyArray
     ) -> Sides[PolicyNetwork]:
-        solver = replace(self._solver, game=world.game)
-        start_key, ascent_key, test_key = jax.random.split(key, 3)
-
-        def climb(pair: Sides[Ascent], key: PRNGKeyArray, steps: int) -> Sides[Ascent]:
-            return solver.ascend(pair, modelled, key, steps)[0]
-
-        def promise(pair: Sides[Ascent]) -> Array:
-            return self._promise(solver, modelled.learner, policies_of(pair), test_key)
-
-        starts = _stacked(solver.init_at(before), solver.init(start_key))
-        return policies_of(best_of_starts(starts, climb, promise, ascent_key, self._config.training_steps))
+        config, solver = self._config, replace(self._solver, game=world.game)
+        return trained_anew(solver, modelled, before, key, config.training_steps, config.evaluation_episodes)
 
     def _against_clones(
         self, world: World, dependent: Float[Array, "n a"], before: Any, key: PRNGKeyArray
@@ -186,19 +177,13 @@ class Procedure:
                 return solver.answer(pair.expert, modelled, ascent, key, steps)
 
             def promise(ascent: Ascent) -> Array:
-                return self._promise(solver, modelled, Sides(ascent.policy, pair.expert), test_key)
+                together = Sides(ascent.policy, pair.expert)
+                return promised(solver, modelled, together, test_key, self._config.evaluation_episodes)
 
-            starts = _stacked(solver.init_at(pair).learner, solver.init(start_key).learner)
+            starts = stacked(solver.init_at(pair).learner, solver.init(start_key).learner)
             return best_of_starts(starts, climb, promise, ascent_key, self._config.training_steps).policy
 
         return jax.lax.map(one, (dependent, before))
-
-    def _promise(
-        self, solver: Pathwise, reward: TransitionReward, pair: Sides[PolicyNetwork], key: PRNGKeyArray
-    ) -> Float[Array, ""]:
-        """What the robot expects to earn: its modelled return over as many episodes as it is judged by."""
-        starts = initial_states(solver.game, key, self._config.evaluation_episodes)
-        return mean_return(reward, episodes_from(solver.game, pair, starts), solver.discount)
 
     def _untrained(self, world: World, key: PRNGKeyArray) -> Sides[PolicyNetwork]:
         return self._judge(world).untrained(key)
@@ -259,10 +244,6 @@ def judged(procedure: Procedure, layout: Layout, learned: LearnedCrossing, model
     numbers = {name: jax.tree.leaves(pair)[0].shape[0] for name, pair in deployed.items()}
     returns = {name: each.T for name, each in _split(values, numbers).items()}
     return Judged({"layout": asdict(layout)}, returns)
-
-
-def _stacked(one: Ascent | Sides[Ascent], other: Ascent | Sides[Ascent]) -> Any:
-    return jax.tree.map(lambda *leaves: jnp.stack(leaves), one, other)
 
 
 def _together(trees: list[Any]) -> Any:
