@@ -57,11 +57,12 @@ def main() -> None:
     parser.add_argument("--trajectories", type=int, nargs="+", default=[1, 10, 100])
     asked = parser.parse_args()
     game = {"graph": asked.graph} if asked.graph else {"graph_seed": asked.graph_seed}
+    place = Path(asked.graph).stem if asked.graph else f"graph-{asked.graph_seed}"
     print("| a time | learner | to 0.99 | to 2 % | correlation | regret | width |")
     print("|---|---|---|---|---|---|---|")
     for number in asked.trajectories:
         for name, settings in LEARNERS.items():
-            folder = asked.out / f"{number}-{name.split()[0].strip(':')}-{name.split()[-1].strip(')')}"
+            folder = asked.out / place / f"{number}-{name.split()[0].strip(':')}-{name.split()[-1].strip(')')}"
             fields: dict[str, Any] = {**game, **settings}
             config = SecurityConfig(
                 seeds=asked.seeds, iterations=asked.iterations, trajectories=number, **fields

@@ -3,6 +3,7 @@
 import gc
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import jax
@@ -11,6 +12,7 @@ from hypothesis import settings
 from jax.experimental.compilation_cache import compilation_cache
 
 from gsiirl import compilation, program_cache
+from gsiirl.experiments.plans import worker
 
 jax.config.update("jax_enable_x64", True)
 # A rank or a precision that changes by accident is an error, not a broadcast.
@@ -25,9 +27,13 @@ settings.load_profile("gsiirl")
 
 
 def _drop_oldest(folder: Path) -> None:
-    files = [(path.stat(), path) for path in folder.iterdir()]
-    total = sum(stat.st_size for stat, _ in files)
-    for stat, path in sorted(files, key=lambda each: each[0].st_mtime):
+    """Keep the folder within its bound; another session may be at it, too."""
+    found = []
+    for path in folder.iterdir():
+        with suppress(FileNotFoundError):
+            found.append((path.stat(), path))
+    total = sum(stat.st_size for stat, _ in found)
+    for stat, path in sorted(found, key=lambda each: each[0].st_mtime):
         if total <= program_cache.LARGEST:
             return
         path.unlink(missing_ok=True)
@@ -39,7 +45,7 @@ def _compile_once() -> None:
     compilation.OF_A_RUN["cpu"].clear()
     folder = program_cache.program_folder("tests")
     folder.mkdir(parents=True, exist_ok=True)
-    if os.environ.get("PYTEST_XDIST_WORKER", "gw0") == "gw0":
+    if "PYTEST_XDIST_WORKER" not in os.environ:
         _drop_oldest(folder)
     compilation_cache.reset_cache()
     jax.config.update("jax_compilation_cache_dir", str(folder))
@@ -56,10 +62,10 @@ gc.set_threshold(200_000, 50, 1000)
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _programs_stay() -> Iterator[None]:
-    """Commands that forget their programs to save memory leave those of later tests alone."""
+def _workers_are_small() -> Iterator[None]:
+    """A process of tests has become large by itself; runs of a plan in it leave the programs of other tests alone."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(jax, "clear_caches", lambda: None)
+        patched.setattr(worker, "_is_large", lambda: False)
         yield
 
 

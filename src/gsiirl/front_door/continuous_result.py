@@ -11,7 +11,7 @@ import numpy as np
 import polars
 from jaxtyping import Array, Float, PyTree
 
-from gsiirl.arguments import whole_number
+from gsiirl.arguments import seed_of, whole_number
 from gsiirl.equilibria.pathwise import Pathwise
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import InputError
@@ -135,20 +135,22 @@ class ContinuousResult:
             return np.asarray(_action(game, self.policy, arrays, jnp.asarray(step / game.horizon, jnp.float32)))
 
     def policy_for(self, problem: object, seed: int = 0, *, training_steps: int = 1000) -> PolicyNetwork:
-        """A policy π_l to deploy where the game has changed: the forward model is trained anew.
+        """A policy π_l to deploy where the game has changed: both networks are trained anew under both learned rewards.
 
-        `problem` is a `Problem`; its sides observe as many numbers as before, and have as many actions. Both rewards
-        are taken along, linear ones weight by name, others as they are; its `dependent_value` is not read. Training
-        takes `training_steps` steps, the first half of them from this result's pair of policies and from a random
-        one, then on from where the learner expects to earn more.
+        `problem` is a `Problem` whose sides observe and do the same kinds of things as before, in the same order.
+        Linear rewards are taken along weight by name, and whatever the scales; others need the settings that they had.
+        The `dependent_value` of `problem` is not read. Half of the `training_steps` are taken both from this result's
+        pair of policies and from a random one; where the learner expects to earn more, the search goes on.
+
+        Like `policy`, what is returned is a function of what the learner observes and t/T.
 
         Raises:
-            InputError: it is no such problem, or has a reward feature of which nothing was learned.
+            InputError: an argument cannot be, or `problem` has a reward feature of which nothing was learned.
         """
         steps, pair = whole_number("training_steps", training_steps, 1), Sides(self.policy, self.expert_policy)
         learned = Sides(self.dependent_reward.parameters, self.expert_reward.parameters)
         with single_precision():
-            key, solver = jax.random.key(whole_number("seed", seed, 0)), self.solver(steps)
+            key, solver = jax.random.key(seed_of(seed)), self.solver(steps)
         return network_for(problem, self.problem, learned, pair, solver, key, steps)
 
     def evaluate(

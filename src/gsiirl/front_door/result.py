@@ -10,7 +10,7 @@ import numpy as np
 import polars
 from jaxtyping import Array, Float
 
-from gsiirl.arguments import positive
+from gsiirl.arguments import positive, seed_of
 from gsiirl.commitment.objective import Commitment
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import Evaluation, evaluate
@@ -230,7 +230,7 @@ class Result:
                 float(problem.unit / self.expert_reward.prior_deviation) ** 2,
                 draws / problem.unit,
                 Observed(*map(jax.numpy.asarray, (self.played, before, self.answers))),
-                jax.random.key(seed),
+                jax.random.key(seed_of(seed)),
             )
 
     def evaluate(self, expert_reward: object, temperature: float | None = None) -> Evaluation:

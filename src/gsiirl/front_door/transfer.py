@@ -1,7 +1,7 @@
 """A policy for a changed game from what was learned in another (`policy_for` of a result)."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 
 import equinox as eqx
@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PRNGKeyArray
 
+from gsiirl.arguments import seed_of
 from gsiirl.commitment.anew import best_commitment
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
@@ -43,7 +44,7 @@ def policy_for(
         learner_reward = problem.own_reward + problem.dependent_features.payoff(jnp.asarray(fitted))
         expert_reward = problem.expert_features.payoff(jnp.asarray(own / temperature))
         commitment = Commitment(problem.game, learner_reward, problem.discount)
-        found = _best(*jax.tree.map(jnp.asarray, (commitment, expert_reward)), jax.random.key(seed))
+        found = _best(*jax.tree.map(jnp.asarray, (commitment, expert_reward)), jax.random.key(seed_of(seed)))
         return np.asarray(found)
 
 
@@ -87,27 +88,47 @@ def network_for(
         theirs, ours = _sizes(problem.game), _sizes(before.game)
         if theirs != ours:
             raise InputError("problem.game", f"has {_said(theirs)}", f"keep to those of the result: {_said(ours)}")
-        rewards = Sides(
-            _taken_along("dependent", problem.dependent_reward, before.dependent_reward, parameters.learner),
-            _taken_along("expert", problem.expert_reward, before.expert_reward, parameters.expert),
+        learned = Sides(
+            taken_along("dependent", problem.dependent_reward, before.dependent_reward, parameters.learner),
+            taken_along("expert", problem.expert_reward, before.expert_reward, parameters.expert),
         )
         solver = replace(solver, game=problem.game, discount=problem.discount)
-        return _trained(solver, problem.own_reward, rewards, pair, key, steps)
+        return _trained(solver, problem, learned, pair, key, steps)
 
 
-def _taken_along(
+def taken_along(
     kind: str, wanted: AbstractTransitionReward, known: AbstractTransitionReward, parameters: np.ndarray
 ) -> TransitionReward:
-    """A learned reward in another game: of linear ones the weights by name, in reward units; another one as it is."""
-    if isinstance(wanted, LinearTransitionReward) and isinstance(known, LinearTransitionReward):
-        if isinstance(wanted.features, Nothing):
-            return eqx.Partial(wanted, jnp.zeros(1, jnp.float32))
+    """The reward `wanted` of a changed game, with what was learned of the reward `known` as its parameters.
+
+    Linear ones get their weights by name and in reward units, whatever their scales. Others must have the settings that
+    the known one has, features apart.
+
+    Raises:
+        InputError: `wanted` has a weight that was not learned, or is of another kind.
+    """
+    if type(wanted) is LinearTransitionReward and type(known) is LinearTransitionReward:
+        if isinstance(wanted.features, Nothing) and not isinstance(known.features, Nothing):
+            mend = "give dependent_features, and a dependent_value of any kind: the result has learned its own"
+            raise InputError("problem.dependent_features", "is None", mend)
         weights = known.scale * carried_over(kind, wanted.names, known.names, parameters)
         return eqx.Partial(wanted, jnp.asarray(weights / wanted.scale, jnp.float32))
-    if type(wanted) is not type(known) or wanted.names != known.names:
-        problem = f"its reward of the {kind} features has other weights than the one that was learned"
-        raise InputError("problem", problem, "give the one that the result was learned with")
-    return eqx.Partial(known, jnp.asarray(parameters, jnp.float32))
+    ours, theirs = _settings(known), _settings(wanted)
+    if theirs != ours:
+        differing = [name for name in {**ours, **theirs} if ours.get(name) != theirs.get(name)]
+        problem = f"differs from the reward that was learned in: {', '.join(differing)}"
+        raise InputError(f"problem.{kind}_features", problem, f"give a {type(known).__name__} like the first")
+    return eqx.Partial(wanted, jnp.asarray(parameters, jnp.float32))
+
+
+def _settings(reward: AbstractTransitionReward) -> dict[str, object]:
+    """Its kind, the names of its weights, and its numbers."""
+    numbers = {each.name: getattr(reward, each.name) for each in fields(reward)}
+    return {
+        "kind": type(reward).__name__,
+        "names of weights": tuple(reward.names),
+        **{name: value for name, value in numbers.items() if isinstance(value, int | float | str)},
+    }
 
 
 def _sizes(game: AbstractContinuousGame) -> tuple[int, ...]:
@@ -123,14 +144,16 @@ def _said(sizes: tuple[int, ...]) -> str:
 @eqx.filter_jit
 def _trained(
     solver: Pathwise,
-    own_reward: TransitionReward,
+    problem: ContinuousProblem,
     learned: Sides[TransitionReward],
     pair: Sides[PolicyNetwork],
     key: PRNGKeyArray,
     steps: int,
 ) -> PolicyNetwork:
+    """Compiled once for a problem: its own reward may be any function."""
+
     def learner_reward(seen: Transition) -> Array:
-        return learned.learner(seen) + own_reward(seen)
+        return learned.learner(seen) + problem.own_reward(seen)
 
     # The solver goes through both rewards as leaves, which trees of numbers are not.
     rewards: Sides[TransitionReward] = Sides(learner_reward, lambda seen: learned.expert(seen))
