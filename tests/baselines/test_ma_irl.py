@@ -20,6 +20,7 @@ from gsiirl.types import Sides
 pytestmark = pytest.mark.usefixtures("optax_promotion")
 
 
+@pytest.mark.slow
 def test_marl_is_the_forward_model_at_both_true_rewards():
     problem = tiny_problem()
     solution = marl(problem.game, problem.truth.rewards, problem.truth.forward_model, 0.95)

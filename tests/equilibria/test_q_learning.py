@@ -147,6 +147,7 @@ def test_more_episodes_continue_the_same_run():
     np.testing.assert_array_equal(added.sum((1, 2)), 10.0)
 
 
+@pytest.mark.slow
 def test_a_batch_of_rewards_or_seeds_is_the_same_as_one_by_one():
     game, rewards, _ = small_problem()
     scaled = [jax.tree.map(lambda leaf, k=k: (1.0 + 0.3 * k) * leaf + 0.1 * k, rewards) for k in range(3)]

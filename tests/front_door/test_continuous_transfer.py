@@ -83,17 +83,31 @@ def first_actions(policy: PolicyNetwork) -> np.ndarray:
         return np.array([float(policy(each, jnp.float32(0.0))[0]) for each in seen])
 
 
-def test_where_nothing_but_the_goal_matters_the_policy_heads_for_the_new_one_and_what_heads_there_is_gone_on_with():
+GOAL = -0.5
+MOVED = line_problem(own_reward=lambda seen: -((GOAL - seen.following.robot) ** 2))
+ALONE = LearnedTransitionReward(PROBLEM.dependent_reward, np.zeros(1, np.float32))
+"""No r_ld."""
+
+
+@pytest.fixture(scope="module")
+def heading() -> PolicyNetwork:
+    """What nothing but its own goal matters to."""
+    return unlearned(dependent_reward=ALONE).policy_for(MOVED, training_steps=1500)
+
+
+def test_where_nothing_but_the_goal_matters_the_policy_heads_for_the_new_one(heading: PolicyNetwork):
     # Nearer is better at once and later: as far as a step reaches, and no farther.
-    goal = -0.5
-    changed = line_problem(own_reward=lambda seen: -((goal - seen.following.robot) ** 2))
-    nothing = LearnedTransitionReward(PROBLEM.dependent_reward, np.zeros(1, np.float32))
-    policy = unlearned(dependent_reward=nothing).policy_for(changed, training_steps=1500)
-    np.testing.assert_allclose(first_actions(policy), np.clip((goal - ROBOTS) / 0.3, -1.0, 1.0), atol=0.25)
-    again = unlearned(dependent_reward=nothing, policy=policy).policy_for(changed, training_steps=2)
-    np.testing.assert_allclose(first_actions(again), first_actions(policy), atol=0.1)
+    np.testing.assert_allclose(first_actions(heading), np.clip((GOAL - ROBOTS) / 0.3, -1.0, 1.0), atol=0.25)
 
 
+@pytest.mark.slow
+def test_the_search_begins_from_what_the_result_holds(heading: PolicyNetwork):
+    # Two steps lead hardly away from what heads there already.
+    again = unlearned(dependent_reward=ALONE, policy=heading).policy_for(MOVED, training_steps=2)
+    np.testing.assert_allclose(first_actions(again), first_actions(heading), atol=0.1)
+
+
+@pytest.mark.slow
 def test_the_value_of_the_changed_problem_is_not_read():
     policy = RESULT.policy_for(line_problem(), training_steps=STEPS)
     assert_same(

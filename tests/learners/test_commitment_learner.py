@@ -145,6 +145,7 @@ def test_what_tells_most_is_played_in_the_first_half_alone(explore: Explore, mon
         assert float(after.played_loss) == pytest.approx(best - played, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_how_many_starts_the_searches_have(monkeypatch: pytest.MonkeyPatch) -> None:
     class StopError(Exception):
         """Ends a search where its starts are known."""

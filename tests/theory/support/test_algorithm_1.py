@@ -27,12 +27,14 @@ def projected(points):
     return points / np.maximum(1.0, np.linalg.norm(points, axis=1, keepdims=True))
 
 
+@pytest.mark.slow
 def test_a_run_begins_where_its_games_say(games, run):
     assert run.commitments.shape == (2 * CHUNK, *games.commitments.shape)
     np.testing.assert_array_equal(run.commitments[0], games.commitments)
     np.testing.assert_array_equal(run.estimates[0], games.estimates)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("iteration", "steps"), [(2, 1), (15, 1), (16, 2), (CHUNK, 2)])
 def test_an_iteration_is_t_k_inner_steps_and_one_step_of_ascent(games, run, iteration, steps):
     rates = np.asarray(1.0 / (games.lower_smoothness + REGULARISATION))
