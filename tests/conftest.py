@@ -26,6 +26,10 @@ settings.register_profile("gsiirl", deadline=None, derandomize=True)
 settings.load_profile("gsiirl")
 
 
+MOST_REGIONS = 50_000
+"""Of memory, after a module of tests; every compiled program takes some."""
+
+
 def _drop_oldest(folder: Path) -> None:
     """Keep the folder within its bound; another session may be at it, too."""
     found = []
@@ -67,6 +71,15 @@ def _workers_are_small() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(worker, "_is_large", lambda: False)
         yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _room_for_programs() -> Iterator[None]:
+    """Forget programs before Linux refuses memory: a process may have 65,530 regions of it, and JAX then crashes."""
+    yield
+    regions = Path("/proc/self/maps")
+    if regions.exists() and regions.read_bytes().count(b"\n") > MOST_REGIONS:
+        jax.clear_caches()
 
 
 @pytest.fixture(scope="module")
