@@ -60,14 +60,14 @@ def array_of(argument: str, values: object) -> np.ndarray:
         raise InputError(argument, f"is no array ({error})", "give nested lists of one length, or an array") from error
 
 
-def seed_of(value: object) -> int:
-    """`value` as a seed of random numbers, from 0 to 2³¹ − 1.
+def seed_of(value: object, number: int = 1) -> int:
+    """`value` as the first of `number` seeds of random numbers, which are from 0 to 2³¹ − 1.
 
     Raises:
         InputError: it is none.
     """
     seed = whole_number("seed", value, 0)
-    if seed >= 2**31:
+    if seed + number > 2**31:
         raise InputError("seed", f"cannot be {value!r}", "give a whole number below 2147483648")
     return seed
 

@@ -22,7 +22,7 @@ from tests import oracles
 
 RECORDED = np.load(Path(__file__).parents[1] / "data" / "pygambit_logit.npz")
 TOLERANCE = 4e-13
-EXAMPLES = 8
+EXAMPLES = 12
 
 
 def uniform(payoffs: Sides[AbstractPayoff]) -> Sides:

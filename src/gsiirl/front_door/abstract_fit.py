@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Key, PRNGKeyArray
 
-from gsiirl.arguments import whole_number
+from gsiirl.arguments import seed_of, whole_number
 from gsiirl.errors import InputError
 
 Expert = TypeVar("Expert", contravariant=True)
@@ -91,12 +91,10 @@ class AbstractGSIIRL(abc.ABC, Generic[Expert, One, Many]):
             InputError: an argument cannot be, or a demonstration does not fit the game.
         """
         number, episodes = whole_number("iterations", iterations, 1), whole_number("trajectories", trajectories, 1)
-        first = whole_number("seed", seed, 0)
         several = 1 if seeds is None else whole_number("seeds", seeds, 1)
+        first = seed_of(seed, several)
         if callback is not None and not callable(callback):
             raise InputError("callback", f"is {type(callback).__name__}", "give a function of a number and a dict")
-        if first + several > 2**31:
-            raise InputError("seed", f"cannot be {seed!r}", "give a whole number below 2147483648")
         results = self._lived(expert, Asked(number, episodes, range(first, first + several), progress, callback))
         return results[0] if seeds is None else self._together(results)
 
