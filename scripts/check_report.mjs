@@ -33,20 +33,21 @@ for (const [width, colorScheme] of [[1400, "light"], [1400, "dark"], [390, "ligh
   if (screenshots) await tab.screenshot({ path: join(screenshots, `${name}.png`), fullPage: true });
   if (charts) {
     const chart = tab.locator(".chart").first(), seeds = tab.locator(".charts").first().locator("[name=seed]");
+    const toggle = (await seeds.count()) ? seeds.last() : tab.locator(".charts [name=run]").first();
     await chart.scrollIntoViewIfNeeded();
     const box = await chart.boundingBox();
     await tab.mouse.move(box.x + box.width / 2, box.y + 60);
     await tab.mouse.move(box.x + box.width / 2 + 3, box.y + 62);
     await tab.waitForSelector("#vg-tooltip-element.visible", { timeout: 3000 }).catch(() => {});
     const told = await tab.locator("#vg-tooltip-element").innerText().catch(() => "");
-    tell(`${name}: the pointer shows a value`, /mean:?\s*\S/.test(told), told.replace(/\s+/g, " "));
+    tell(`${name}: the pointer shows a value`, /(mean|value):?\s*\S/.test(told), told.replace(/\s+/g, " "));
     const lines = () => chart.locator("svg .mark-line path").count();
     const before = await lines();
     await tab.mouse.move(0, 0);
-    await seeds.last().focus();
+    await toggle.focus();
     await tab.keyboard.press("Space");
     await tab.waitForTimeout(300);
-    tell(`${name}: a seed that is switched off has no curve`, (await lines()) < before, `${before} -> ${await lines()}`);
+    tell(`${name}: a seed or curve that is switched off is not drawn`, (await lines()) < before, `${before} -> ${await lines()}`);
     await tab.keyboard.press("Space");
   }
   for (const moving of await tab.locator(".moving").all()) {

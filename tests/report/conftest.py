@@ -9,7 +9,7 @@ from report.synthetic import write_run
 from report.synthetic_plane import write_plane_comparison
 
 from gsiirl.report import ReportFiles, build_report
-from gsiirl.report.curves import charts
+from gsiirl.report.curves import charts, point_charts
 from gsiirl.report.figures import animation, page_figure
 
 
@@ -17,7 +17,8 @@ from gsiirl.report.figures import animation, page_figure
 def _without_charts() -> Iterator[None]:
     """Pages are made as without the extra `interactive`; the tests of charts undo that."""
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(charts, "charts_installed", lambda: False)
+        for module in (charts, point_charts):
+            monkeypatch.setattr(module, "charts_installed", lambda: False)
         yield
 
 

@@ -9,7 +9,7 @@ from report.synthetic import write_comparison
 from gsiirl.report import ReportFiles, build_report
 from gsiirl.report.curves import charts
 from gsiirl.report.figures import page_figure
-from gsiirl.report.page import report
+from gsiirl.report.output import chart_program
 
 BOX = '<div class="wide" role="group" tabindex="0" aria-label="Numbers">'
 SOUND = (
@@ -26,7 +26,7 @@ def security(tmp_path_factory: pytest.TempPathFactory) -> str:
     pytest.importorskip("altair")
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.setattr(charts, "charts_installed", lambda: True)
-        monkeypatch.setattr(report, "chart_program", lambda: "program")
+        monkeypatch.setattr(chart_program, "chart_program", lambda: "program")
         monkeypatch.setattr(page_figure, "figure_files", lambda figure: {"svg": b"<svg/>"})
         return build_report(write_comparison(folder / "runs"), folder / "out").page.read_text()
 

@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
-from gsiirl.report.ablation.figure import draw_ablation
+from gsiirl.report.ablation.figure import ablation_charts, draw_ablation
 from gsiirl.report.ablation.results import AblationResults
 from gsiirl.report.figures.page_figure import PageFigure, figure_files
 from gsiirl.report.figures.style import figure_style
+from gsiirl.report.output.chart_program import chart_program_for
 from gsiirl.report.output.rendering import render
 from gsiirl.report.output.writing import write_files
 from gsiirl.report.read.verdict import RULE
@@ -29,8 +30,10 @@ def write_ablation_page(folder: Path) -> Path:
             "the default on the right, each change on top of those before it.",
             "Deployed return of the learner less MARL's, by variant and graph",
             figure_files(draw_ablation(results)),
+            ablation_charts(results),
         )
     values = {"results": results, "plan": results.plan, "figure": figure, "rule": RULE}
+    values["program"] = chart_program_for([figure])
     values |= {"made_groups": [results.made], "made_lines": [f"Made by {results.command}"]}
     table = render("ablation.md", **values)
     page = render("ablation.html", generator="gsiirl ablation", **values)

@@ -1,11 +1,11 @@
 """The panels of a figure as charts of Altair: values under the pointer, runs and seeds switched on and off."""
 
-import json
 from typing import TYPE_CHECKING
 
 import polars
 
 from gsiirl.report.curves.learning_curves import CurvePanel, Level, far_in_words
+from gsiirl.report.curves.specification import ROW, nearest_mark, specification
 from gsiirl.report.figures.charts import Chart, Charts, Key
 from gsiirl.report.output.chart_program import charts_installed
 from gsiirl.report.read.group import GameGroup
@@ -31,7 +31,13 @@ def charts_of(group: GameGroup, panels: list[CurvePanel], levels: list[Level]) -
         Key(label, algorithm_style(run.algorithm).colour) for label, run in group.learners.items() if run.kept_seeds
     ]
     charts = [
-        Chart(panel.title, _meaning(panel), _specification(panel, table, runs, seeds))
+        Chart(
+            panel.title,
+            _meaning(panel),
+            specification(
+                [*_curves(panel, table, runs), *_levels(panel)], runs=[run.label for run in runs], seeds=seeds
+            ),
+        )
         for panel, table in zip(panels, tables, strict=True)
     ]
     return Charts(charts, runs, [Key(each.label, each.colour, DASHES[each.line][0]) for each in levels], seeds)
@@ -58,28 +64,15 @@ def _meaning(panel: CurvePanel) -> str:
     return f"{panel.meaning} ({far})" if panel.meaning else far
 
 
-def _specification(panel: CurvePanel, table: polars.DataFrame, runs: list[Key], seeds: list[int]) -> str:
-    import altair as alt
-
-    parameters = [alt.param("runs", value=[run.label for run in runs]), alt.param("seeds", value=seeds)]
-    chart = (
-        alt.layer(*_curves(panel, table, runs), *_levels(panel))
-        .add_params(*parameters)
-        .properties(width="container", height=210, background="transparent", autosize=alt.AutoSizeParams(type="fit-x"))
-        .configure(aria=False, font="system-ui, sans-serif")
-        .configure_axis(labelFontSize=12, titleFontSize=12, titleFontWeight="normal", gridColor="#e2e8f0")
-        .configure_view(stroke=None)
-    )
-    return json.dumps(chart.to_dict()).replace("<", "\\u003c")
-
-
 def _curves(panel: CurvePanel, table: polars.DataFrame, runs: list[Key]) -> "list[altair.Chart]":
     """Bands, single seeds, means, and the mean that the pointer is nearest to."""
     import altair as alt
 
     kinds = {"run": "string", "seed": "number", "iteration": "number", "value": "number"}
     rows = alt.InlineData(table.write_csv(), format=alt.CsvDataFormat(type="csv", parse=kinds))
-    iteration = alt.X("iteration:Q", title="iteration", axis=alt.Axis(tickMinStep=1, grid=False))
+    iterations = list(table["iteration"])
+    ends = alt.Scale(domain=[min(iterations), max(iterations)], nice=False)
+    iteration = alt.X("iteration:Q", title="iteration", scale=ends, axis=alt.Axis(tickMinStep=1, grid=False))
     limits = alt.Scale(domain=list(panel.limits), zero=False) if panel.limits else alt.Scale(zero=False)
     axis = alt.Axis(format=".0%") if panel.shares else alt.Axis()
     height, low = (alt.Y(f"{name}:Q", title=None, scale=limits, axis=axis) for name in ("value", "low"))
@@ -93,25 +86,20 @@ def _curves(panel: CurvePanel, table: polars.DataFrame, runs: list[Key]) -> "lis
         .transform_calculate(deviation="datum.count > 1 ? datum.deviation : 0")
         .transform_calculate(low="datum.value - datum.deviation", high="datum.value + datum.deviation")
     )
-    nearest = alt.selection_point(name="nearest", nearest=True, on="pointerover", clear="pointerout", empty=False)
-    opacity = alt.condition(nearest, alt.value(1), alt.value(0))
     return [
         means.mark_area(opacity=0.16, clip=True).encode(iteration, low, alt.Y2("high:Q"), colour),
         shown.mark_line(opacity=0.45, strokeWidth=0.8, clip=True).encode(iteration, height, colour, detail="seed:N"),
         means.mark_line(strokeWidth=2.2, clip=True).encode(iteration, height, colour),
-        means.mark_point(filled=True, size=70, clip=True)
-        .encode(iteration, height, colour, opacity=opacity, tooltip=alt.value(alt.ExprRef(_told(panel.shares))))
-        .add_params(nearest),
+        nearest_mark(means, _told(panel.shares), iteration, height, colour),
     ]
 
 
 def _told(shares: bool) -> str:
     """What the pointer is told, as an expression of Vega."""
     mean, deviation = (".1%", ".1%") if shares else (".4~g", ".2~g")
-    # Vega-Lite's own list of fields leaves words out where the nearest mark is asked, whose row is `datum.datum`.
-    row = "(datum.datum || datum)"
-    told = f"format({row}.value, '{mean}') + ({row}.count > 1 ? ' ± ' + format({row}.deviation, '{deviation}') : '')"
-    return f"{{'title': {row}.run, 'iteration': {row}.iteration, 'mean': {told}, 'seeds': {row}.count}}"
+    # Vega-Lite's own list of fields leaves words out where the nearest mark is asked.
+    told = f"format({ROW}.value, '{mean}') + ({ROW}.count > 1 ? ' ± ' + format({ROW}.deviation, '{deviation}') : '')"
+    return f"{{'title': {ROW}.run, 'iteration': {ROW}.iteration, 'mean': {told}, 'seeds': {ROW}.count}}"
 
 
 def _levels(panel: CurvePanel) -> "list[altair.Chart]":

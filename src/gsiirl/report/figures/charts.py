@@ -1,6 +1,6 @@
 """Charts that answer to the pointer: the same panels as a drawing has, as a page shows them where it can."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Chart:
     meaning: str
     """A line under the title; may be empty."""
     specification: str
-    """The chart in Vega-Lite's JSON; it shows what its parameters `runs` and `seeds` list."""
+    """The chart in Vega-Lite's JSON; it shows what its parameter `runs` lists, and `seeds` where there are any."""
 
 
 @dataclass(frozen=True)
@@ -30,5 +30,7 @@ class Charts:
 
     panels: list[Chart]
     runs: list[Key]
-    levels: list[Key]
-    seeds: list[int]
+    """The runs, or the curves of a figure that is not about runs."""
+    levels: list[Key] = field(default_factory=list)
+    seeds: list[int] = field(default_factory=list)
+    """None where curves are not averages over seeds that can be switched."""

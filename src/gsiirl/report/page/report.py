@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from gsiirl.report.figures.page_figure import PageFigure
-from gsiirl.report.output.chart_program import chart_program
+from gsiirl.report.output.chart_program import chart_program_for
 from gsiirl.report.output.rendering import render
 from gsiirl.report.page.notes import notes, warnings
 from gsiirl.report.page.takeaways import gain_note, takeaways
@@ -110,8 +110,7 @@ class Report:
         """The content of `index.html`."""
         words = [experiment_words(section.group.experiment).here for section in self.sections]
         here = list(dict.fromkeys(each for each in words if each is not None))
-        charted = any(figure.charts for section in self.sections for figure in section.figures)
-        program = chart_program() if charted else ""
+        program = chart_program_for(figure for part in (*self.sections, *self.theories) for figure in part.figures)
         return self._render("page.html", generator=GENERATOR, here=here, program=program)
 
     def markdown(self) -> str:

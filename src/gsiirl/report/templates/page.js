@@ -2,7 +2,8 @@
 const theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "default";
 for (const charts of document.querySelectorAll(".charts")) {
   const drawing = charts.nextElementSibling;
-  const chosen = (name) => [...charts.querySelectorAll(`[name=${name}]:checked`)].map((box) => box.value);
+  const names = ["run", "seed"].filter((name) => charts.querySelector(`[name=${name}]`));
+  const chosen = (name) => [...charts.querySelectorAll(`[name=${name}]:checked`)].map(({ value }) => (name === "seed" ? Number(value) : value));
   charts.hidden = false;
   const panels = [...charts.querySelectorAll(".chart")];
   Promise.all(panels.map((panel) => vegaEmbed(panel, JSON.parse(panel.previousElementSibling.textContent), { actions: false, renderer: "svg", tooltip: { theme } })))
@@ -11,7 +12,10 @@ for (const charts of document.querySelectorAll(".charts")) {
       // The chart has a name as a whole; Vega's names of its parts would be read one by one.
       for (const picture of charts.querySelectorAll(".chart svg")) picture.setAttribute("aria-hidden", "true");
       charts.addEventListener("change", () => {
-        for (const { view } of shown) view.signal("runs", chosen("run")).signal("seeds", chosen("seed").map(Number)).runAsync();
+        for (const { view } of shown) {
+          for (const name of names) view.signal(`${name}s`, chosen(name));
+          view.runAsync();
+        }
       });
     })
     .catch((error) => { charts.hidden = true; console.error(error); });

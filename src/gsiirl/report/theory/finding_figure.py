@@ -21,6 +21,7 @@ MANY_POINTS = 30
 BEND = 0.05
 """A curve that leaves its fitted line by more, as a share of its height, has no slope."""
 Y_LABEL_LETTERS = 36
+TINY = float(np.finfo(float).tiny)
 
 
 def draw_finding(finding: Finding) -> Figure | None:
@@ -77,10 +78,31 @@ def _label(panel: Panel, curve: Curve) -> str:
     return curve.name if slope is None else f"{curve.name} (slope {format_number(slope, 2)})"
 
 
+def drawn_points(panel: Panel, curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Places, heights and both ends of the band around them, [points]; NaN where a point cannot be drawn."""
+    x, y = np.array(curve.x, dtype=float), np.array(curve.y, dtype=float)
+    y = np.where(_drawable(panel, x, y), y, np.nan)
+    spread = np.array(curve.spread) if curve.spread else np.zeros_like(y)
+    # A logarithmic axis has no zero: a band that reaches it ends at the axis.
+    low = np.maximum(y - spread, TINY) if panel.log_y else y - spread
+    return x, y, low, y + spread
+
+
+def heights(panel: Panel) -> tuple[float, float] | None:
+    """Ends of a logarithmic vertical axis; None where no point can be drawn, or the axis is not one."""
+    ends = [drawn_points(panel, curve)[1:] for curve in panel.curves]
+    edges = np.concatenate([np.ravel(each) for each in ends]) if ends else np.zeros(0)
+    edges = edges[np.isfinite(edges) & (edges > TINY)]
+    if not panel.log_y or edges.size == 0:
+        return None
+    bottom, top = np.log(edges.min()), np.log(edges.max())
+    margin = max(0.06 * (top - bottom), 0.05)
+    return float(np.exp(bottom - margin)), float(np.exp(top + margin))
+
+
 def _draw_panel(axis: Axes, panel: Panel, names: list[str], looks: dict[tuple[str, str], Look]) -> None:
-    edges: list[float] = []
     for curve, name in zip(panel.curves, names, strict=True):
-        edges += _draw_curve(axis, panel, curve, name, looks[role_of(curve), curve.name])
+        _draw_curve(axis, panel, curve, name, looks[role_of(curve), curve.name])
     axis.set_xlabel(panel.x_label)
     axis.set_ylabel(textwrap.fill(panel.y_label, Y_LABEL_LETTERS))
     points = sorted({x for curve in panel.curves for x in curve.x})
@@ -89,35 +111,22 @@ def _draw_panel(axis: Axes, panel: Panel, names: list[str], looks: dict[tuple[st
         label_log_axis(axis.xaxis, [x for x in points if x > 0 and np.isfinite(x)], at_points=True)
     else:
         label_linear_axis(axis.xaxis, whole=all(float(x).is_integer() for x in points))
-    if not edges:
+    if not any(np.isfinite(drawn_points(panel, curve)[1]).any() for curve in panel.curves):
         axis.text(0.5, 0.5, "no point can be drawn", transform=axis.transAxes, ha="center", color=FAINT_COLOUR)
-    elif panel.log_y:
+    elif limits := heights(panel):
         axis.set_yscale("log")
-        bottom, top = np.log(min(edges)), np.log(max(edges))
-        margin = max(0.06 * (top - bottom), 0.05)
-        axis.set_ylim(float(np.exp(bottom - margin)), float(np.exp(top + margin)))
+        axis.set_ylim(*limits)
         label_log_axis(axis.yaxis, list(axis.get_ylim()), at_points=False)
     else:
         label_linear_axis(axis.yaxis)
 
 
-def _draw_curve(axis: Axes, panel: Panel, curve: Curve, name: str, look: Look) -> list[float]:
-    """Draw a curve and its band; returns the heights that the axis must show."""
-    x, y = np.array(curve.x, dtype=float), np.array(curve.y, dtype=float)
-    drawable = _drawable(panel, x, y)
-    y = np.where(drawable, y, np.nan)
+def _draw_curve(axis: Axes, panel: Panel, curve: Curve, name: str, look: Look) -> None:
+    x, y, low, high = drawn_points(panel, curve)
     markers: Look = {"marker": ""} if len(x) > MANY_POINTS else {}
     axis.plot(x, y, label=name, **(look | markers))
-    edges: list[float] = y[drawable].tolist()
     if curve.spread:
-        low, high = y - np.array(curve.spread), y + np.array(curve.spread)
-        # A logarithmic axis has no zero: a band that reaches it ends at the axis.
-        tiny = np.finfo(float).tiny
-        low = np.maximum(low, tiny) if panel.log_y else low
         axis.fill_between(x, low, high, color=look["color"], alpha=BAND_ALPHA, linewidth=0)
-        edges += high[drawable].tolist()
-        edges += [value for value in low[drawable].tolist() if value > tiny or not panel.log_y]
-    return edges
 
 
 def _drawable(panel: Panel, x: np.ndarray, y: np.ndarray) -> np.ndarray:

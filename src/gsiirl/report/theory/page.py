@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from gsiirl.report.output.chart_program import chart_program_for
 from gsiirl.report.output.rendering import render
 from gsiirl.report.output.writing import write_files
 from gsiirl.report.theory.part import TheoryPart
@@ -19,7 +20,12 @@ def write_theory_page(findings: Findings, folder: Path) -> Path:
     part = TheoryPart.of(findings, "theory", "")
     contents = {name: content for figure in part.figures for name, content in figure.files.items()}
     contents[PAGE] = render(
-        "theory.html", generator="gsiirl theory", theory=part, made_groups=[], made_lines=[part.made]
+        "theory.html",
+        generator="gsiirl theory",
+        theory=part,
+        made_groups=[],
+        made_lines=[part.made],
+        program=chart_program_for(part.figures),
     ).encode()
     write_files(folder, contents)
     return folder / PAGE

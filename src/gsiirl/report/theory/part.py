@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from gsiirl.report.figures.page_figure import PageFigure, page_figure
 from gsiirl.report.figures.style import figure_style
 from gsiirl.report.read.made import NOT_RECORDED
+from gsiirl.report.theory.finding_charts import finding_charts
 from gsiirl.report.theory.finding_figure import draw_finding, straight_slope, undrawn_points
 from gsiirl.runs.findings import Finding, Findings, Measurement
 
@@ -97,9 +98,9 @@ class TheoryPart:
 def _figure(finding: Finding, name: str) -> PageFigure | None:
     notes = []
     if any(straight_slope(panel, curve) is not None for panel in finding.panels for curve in panel.curves):
-        notes.append("A slope in a legend is fitted to all points of a curve; a bent curve has none.")
+        notes.append("A slope is fitted to all points of a curve; a bent curve has none.")
     if undrawn := undrawn_points(finding):
         notes.append(f"{undrawn} points are not drawn: not finite, or not above 0 on a logarithmic axis.")
     caption = " ".join(notes)
     alternative = "; ".join(f"{panel.title}: {panel.y_label} against {panel.x_label}" for panel in finding.panels)
-    return page_figure(name, finding.title, caption, alternative, draw_finding(finding))
+    return page_figure(name, finding.title, caption, alternative, draw_finding(finding), finding_charts(finding))
