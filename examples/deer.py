@@ -35,3 +35,8 @@ problem = gsiirl.Problem(
 )
 wishes = matters @ [1.0, -1.5]  # hidden from you
 deer = gsiirl.RespondingExpert(game, wishes, temperature=0.3, discount=0.95)
+
+
+def encounter():
+    """The two sides, for `gsiirl run game examples/deer.py:encounter`."""
+    return problem, deer
