@@ -30,7 +30,7 @@ def curve(name: str, heights: list[float], shape: str = "circle") -> PointCurve:
 
 
 def panel(*curves: PointCurve, bars: bool = False, words: tuple[str, ...] = ()) -> PointPanel:
-    x = PointAxis("steps", words=words, limits=(0.0, 9.0) if words else None)
+    x = PointAxis("steps", ticks=tuple(enumerate(words, 1)))
     y = PointAxis("error", logarithmic=True, limits=(1e-9, 10.0))
     return PointPanel("Errors", "", x, y, list(curves), bars=bars)
 

@@ -12,7 +12,9 @@ from gsiirl.report.words.formulas import formulas
         ("∇_{θ_l} f", "∇<sub>θ<sub>l</sub></sub> f"),
         ("μ̂_e − k^(-1/4)", "μ̂<sub>e</sub> − k<sup>-1/4</sup>"),  # noqa: RUF001
         ("(k + 1)^0.101.", "(k + 1)<sup>0.101</sup>."),
+        ("dθ_e*/dθ_l", "dθ<sub>e</sub>*/dθ<sub>l</sub>"),
         ("a file_name", "a file_name"),
+        ("`well_specified` <", "<code>well_specified</code> &lt;"),
         ("θ_<b>", "θ_&lt;b&gt;"),
     ],
 )

@@ -58,7 +58,7 @@ def ablation_charts(results: AblationResults) -> Charts | None:
     panel = PointPanel(
         "Deployed return less MARL's",
         "dashed: MARL, given both true rewards",
-        PointAxis("", words=tuple(variants), limits=(-0.4, len(variants) - 0.6)),
+        PointAxis("", limits=(-0.4, len(variants) - 0.6), ticks=tuple(enumerate(variants)), slanted=True),
         PointAxis(HEIGHT),
         curves,
         bars=True,

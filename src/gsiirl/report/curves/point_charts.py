@@ -34,12 +34,14 @@ class PointCurve:
 
 @dataclass(frozen=True)
 class PointAxis:
-    """An axis: logarithmic, or with words in place of the numbers 0, 1, ..., or neither."""
+    """An axis, with its ends and its ticks where they are not left to the chart."""
 
     label: str
     logarithmic: bool = False
-    words: tuple[str, ...] = ()
     limits: tuple[float, float] | None = None
+    ticks: tuple[tuple[float, str], ...] = ()
+    """Places and what stands there."""
+    slanted: bool = False
 
 
 @dataclass(frozen=True)
@@ -110,13 +112,15 @@ def _scale(axis: PointAxis, values: list[float]) -> "altair.Scale":
     kind = alt.Undefined if not axis.logarithmic else "log"
     if axis.limits:
         return alt.Scale(type=kind, domain=list(axis.limits), nice=False)
-    return alt.Scale(type=kind, domain=[min(values), max(values)], nice=True)
+    return alt.Scale(type=kind, domain=[min(values), max(values)], nice=False, padding=10)
 
 
 def _axis(axis: PointAxis) -> "altair.Axis":
     import altair as alt
 
-    if not axis.words:
-        return alt.Axis(tickCount=6, labelOverlap=True, format="~g" if axis.logarithmic else "~r")
-    words = f"{json.dumps(axis.words)}[datum.value]"
-    return alt.Axis(values=list(range(len(axis.words))), labelExpr=words, labelAngle=-35, grid=False, labelLimit=160)
+    if not axis.ticks:
+        return alt.Axis(tickCount=6, labelOverlap=True, format="~r")
+    places = [place for place, _ in axis.ticks]
+    words = f"{json.dumps([words for _, words in axis.ticks])}[indexof({json.dumps(places)}, datum.value)]"
+    slant = {"labelAngle": -35, "labelLimit": 160} if axis.slanted else {}
+    return alt.Axis(values=places, labelExpr=words, labelOverlap=True, grid=not axis.slanted, **slant)

@@ -7,6 +7,7 @@ from gsiirl.report.figures.charts import Charts
 from gsiirl.report.figures.style import Look
 from gsiirl.report.theory.finding_figure import MANY_POINTS, drawn_points, heights, straight_slope
 from gsiirl.report.theory.looks import LOOKS, curve_looks, role_of
+from gsiirl.report.theory.ticks import log_ticks
 from gsiirl.report.words.numbers import format_number
 from gsiirl.runs.findings import Curve, Finding, Panel
 from gsiirl.runs.measurement_words import number_in_words
@@ -23,11 +24,13 @@ def finding_charts(finding: Finding) -> Charts | None:
 def _panel(panel: Panel, looks: dict[tuple[str, str], Look]) -> PointPanel:
     slopes = {curve.name: straight_slope(panel, curve) for curve in panel.curves}
     told = [f"{name} {format_number(slope, 2)}" for name, slope in slopes.items() if slope is not None]
+    limits = heights(panel)
+    places = sorted({x for curve in panel.curves for x in curve.x if x > 0}) if panel.log_x else []
     return PointPanel(
         panel.title,
         f"slope of {'; '.join(told)}" if told else "",
-        PointAxis(panel.x_label, panel.log_x and any(x > 0 for curve in panel.curves for x in curve.x)),
-        PointAxis(panel.y_label, panel.log_y, limits=heights(panel)),
+        PointAxis(panel.x_label, bool(places), ticks=log_ticks(places, at_points=True) if places else ()),
+        PointAxis(panel.y_label, panel.log_y, limits, log_ticks(list(limits), at_points=False) if limits else ()),
         [_curve(panel, curve, looks[role_of(curve), curve.name]) for curve in panel.curves],
     )
 
