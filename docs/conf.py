@@ -19,6 +19,7 @@ html_theme = "furo"
 html_title = f"gsiirl {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = [("site.js", {"defer": "defer"})]
 html_copy_source = False
 html_show_copyright = False
 highlight_language = "text"
