@@ -19,6 +19,7 @@ grep -qE "^## \[$version\] - [0-9]{4}-" CHANGELOG.md || lacks "CHANGELOG.md has 
 ! git rev-parse --quiet --verify "refs/tags/v$version" >/dev/null || lacks "v$version is a tag already: raise the version"
 grep -q '^\[project.urls\]' pyproject.toml || lacks "pyproject.toml has no [project.urls]: say where the repository is"
 grep -q "version: $version\$" CITATION.cff || lacks "CITATION.cff is of another version than $version"
+grep -q "version = {$version}" README.md || lacks "README's BibTeX is of another version than $version"
 
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
