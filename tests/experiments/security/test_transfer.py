@@ -173,6 +173,14 @@ def test_where_nothing_changes_the_old_policies_earn_what_they_earned(run: Path)
     assert found["gsiirl"]["regret"]["per_seed"] == [0.0, 0.0]
 
 
+def test_searches_are_counted_as_they_end(run: Path):
+    learned, told = Learned.open(run), []
+    with jax.numpy_dtype_promotion("standard"):
+        models = {"gsiirl": Model(learned.weights, learned.policies)}
+        judged(learned, learned.network, models, lambda done, of: told.append((done, of)))
+    assert sorted(told) == [(0, 3), (1, 3), (2, 3), (3, 3)]
+
+
 def test_the_clone_is_met_with_the_best_answer_to_what_was_seen(run: Path, found: dict[str, Any]):
     network = changed(small_network(), CHANGE)
     game, checkpoint = dense(network), RunFolder.open(run).load_checkpoint()

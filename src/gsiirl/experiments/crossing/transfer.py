@@ -32,6 +32,7 @@ from gsiirl.experiments.transfer.learned import OTHER_RUN, AbstractLearned, Judg
 from gsiirl.experiments.transfer.regret import RANDOM, TRUE, UNCHANGED
 from gsiirl.games.crossing import Crossing
 from gsiirl.problems.continuous_problem import single_precision
+from gsiirl.program.progress import Told
 from gsiirl.rewards import crossing as rewards
 from gsiirl.rewards.continuous import TransitionReward
 from gsiirl.types import AnyArray, Number, Sides, Transition
@@ -103,12 +104,13 @@ class LearnedCrossing(AbstractLearned):
         fields = ("horizon", "discount", "reward", "hidden")
         return all(getattr(self.config, field) == getattr(other.config, field) for field in fields)
 
-    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str], Judged]:
+    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str, Told], Judged]:
         layouts = {change: changed(Layout(), change) for change in changes}
         with single_precision():
             procedure = Procedure(self.config)
 
-        def judge(change: str) -> Judged:
+        def judge(change: str, tell: Told) -> Judged:
+            tell(0, 0)
             with single_precision():
                 return judged(procedure, layouts[change], self, models)
 

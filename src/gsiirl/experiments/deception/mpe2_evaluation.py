@@ -112,9 +112,11 @@ def evaluate_in_mpe2(run: PlayedRun, pair: Pair, episodes: int, quiet: bool = Fa
     ]
     returns = np.empty((len(pairs), episodes, 2))
     with shown(quiet) as progress:
-        for episode in progress.track(range(episodes), description=f"{pair} pairs of {len(pairs)} seeds in mpe2"):
+        task = progress.add_task(f"{pair} pairs of {len(pairs)} seeds in mpe2", total=episodes)
+        for episode in range(episodes):
             for place, (learner, expert) in enumerate(pairs):
                 returns[place, episode] = mpe2.play(environment, horizon, learner, expert, seed=episode)
+            progress.advance(task)
     error = np.std(returns, axis=1) / np.sqrt(episodes)
     evaluation = {
         "simulator": f"mpe2 {mpe2.version()}",

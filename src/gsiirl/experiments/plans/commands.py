@@ -9,9 +9,10 @@ from gsiirl.errors import InputError
 from gsiirl.experiments.commands import Quiet, print_failed
 from gsiirl.experiments.config import at_least_one, flag, load_config
 from gsiirl.experiments.plans.plan import carry_out, check_folders, failed_seeds, refuse_failures
-from gsiirl.experiments.plans.planned_run import HERE, PlannedRun, cores, is_finished
+from gsiirl.experiments.plans.planned_run import HERE, PlannedRun, is_finished
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.program.command import command
+from gsiirl.program.cores import cores
 from gsiirl.runs import RunFolder
 
 MOST_JOBS = 1000

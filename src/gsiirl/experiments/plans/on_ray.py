@@ -12,10 +12,11 @@ from filelock import FileLock, Timeout
 
 from gsiirl.compilation import silence
 from gsiirl.errors import InputError
-from gsiirl.experiments.plans.planned_run import HERE, RETRIES, PlannedRun, cores
+from gsiirl.experiments.plans.planned_run import HERE, RETRIES, PlannedRun
 from gsiirl.experiments.plans.side_by_side import ended
 from gsiirl.experiments.plans.worker import keep_to, tried
 from gsiirl.program.command import installing
+from gsiirl.program.cores import cores
 from gsiirl.program.progress import nobody, shown
 from gsiirl.program_cache import keep_programs
 

@@ -1,6 +1,5 @@
 """One run of a plan: its configuration, its folder, and how it is begun or gone on with."""
 
-import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,11 +31,6 @@ def do(planned: PlannedRun, told: Told | None = None) -> None:
         runner.resume(folder, told)
     else:
         runner.run(config, folder, told)
-
-
-def cores() -> list[int]:
-    """The processor cores that this process may use, by number where the system tells."""
-    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [*range(os.cpu_count() or 1)]
 
 
 def is_finished(folder: Path) -> bool:

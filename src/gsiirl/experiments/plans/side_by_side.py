@@ -12,8 +12,9 @@ from rich.progress import Progress
 
 from gsiirl.errors import InputError
 from gsiirl.experiments import runner
-from gsiirl.experiments.plans.planned_run import RETRIES, PlannedRun, cores
+from gsiirl.experiments.plans.planned_run import RETRIES, PlannedRun
 from gsiirl.experiments.plans.worker import Worker
+from gsiirl.program.cores import cores
 from gsiirl.program.progress import Begun, shown
 
 

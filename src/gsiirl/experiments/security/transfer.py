@@ -4,9 +4,12 @@ The learner takes its r_e and its fitted r_ld along, sees no new demonstration, 
 anew. The policy is then deployed against the true attacker of the changed network, and judged by the true rewards.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
@@ -27,6 +30,8 @@ from gsiirl.experiments.transfer.regret import RANDOM, TRUE, UNCHANGED
 from gsiirl.games.attack_graph import AttackGraph
 from gsiirl.games.base import uniform_policy
 from gsiirl.games.payoff import AbstractPayoff
+from gsiirl.program.cores import cores
+from gsiirl.program.progress import Told, nobody
 from gsiirl.rewards import attack_graph as rewards
 from gsiirl.rewards.linear import AbstractFeatures
 from gsiirl.scenarios import AttackNetwork, read_network
@@ -133,17 +138,17 @@ class Learned(AbstractLearned):
         same = self.folder.game == other.folder.game and self.temperature == other.temperature
         return same and self.config.discount == other.config.discount
 
-    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str], Judged]:
+    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str, Told], Judged]:
         networks = {change: changed(self.network, change) for change in changes}
 
-        def judge(change: str) -> Judged:
-            with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
-                return judged(self, networks[change], models)
+        def judge(change: str, tell: Told) -> Judged:
+            with double_precision():
+                return judged(self, networks[change], models, tell)
 
         return judge
 
 
-def judged(learned: Learned, network: AttackNetwork, models: Mapping[str, Model]) -> Judged:
+def judged(learned: Learned, network: AttackNetwork, models: Mapping[str, Model], tell: Told = nobody) -> Judged:
     """Every row of one changed network: what is deployed earns there."""
     before, world = learned.world, World.of(network, learned.config, learned.temperature)
 
@@ -152,8 +157,8 @@ def judged(learned: Learned, network: AttackNetwork, models: Mapping[str, Model]
 
     weights = {name: jax.tree.map(carried, model.weights) for name, model in models.items()}
     true = jax.tree.map(lambda leaf: np.asarray(leaf)[None], world.true)
-    every = jax.tree.map(lambda *leaves: jnp.asarray(np.concatenate(leaves)), true, *weights.values())
-    searched = np.asarray(_committed(world, every, jax.random.key(SEARCH_KEY)))
+    every = jax.tree.map(lambda *leaves: np.concatenate(leaves), true, *weights.values())
+    searched = _searched(world, every, tell)
     ends = np.cumsum([1, *(len(each.expert) for each in weights.values())])
     policies = dict(zip([TRUE, *weights], np.split(searched, ends[:-1]), strict=True))
     if learned.answers is not None:
@@ -190,15 +195,41 @@ def _places(names: list[Any]) -> dict[Any, int]:
     return {name: place for place, name in enumerate(names)}
 
 
+def _searched(world: World, weights: Sides[np.ndarray], tell: Told) -> np.ndarray:
+    """The upper level for n beliefs (n, m) about both rewards, on all cores: policies (n, T, S, A_l)."""
+    pairs = zip(weights.learner, weights.expert, strict=True)
+    believed = [Sides(jnp.asarray(dependent), jnp.asarray(expert)) for dependent, expert in pairs]
+    done = count(1)
+    tell(0, len(believed))
+
+    def search(each: Sides[Float[Array, " m"]]) -> np.ndarray:
+        with double_precision():  # which holds for one thread
+            found = np.asarray(_committed(world, each, jax.random.key(SEARCH_KEY)))
+        tell(next(done), len(believed))
+        return found
+
+    first = search(believed[0])  # alone: it compiles the program of all
+    with ThreadPoolExecutor(len(cores())) as pool:
+        others = [pool.submit(search, each) for each in believed[1:]]
+        try:
+            return np.stack([first, *(each.result() for each in others)])
+        finally:
+            for each in others:
+                each.cancel()
+
+
+@contextmanager
+def double_precision() -> Iterator[None]:
+    """Inside, numbers are of 64 bits."""
+    with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
+        yield
+
+
 @partial(jax.jit, compiler_options=QUICKLY)
-def _committed(world: World, weights: Sides[Float[Array, "n m"]], key: PRNGKeyArray) -> Float[Array, "n T S A_l"]:
-    """The upper level for n beliefs about both rewards."""
-
-    def one(believed: Sides[Float[Array, " m"]]) -> Float[Array, "T S A_l"]:
-        reward = world.features.expert.payoff(believed.expert)
-        return best_commitment(world.commitment(believed.learner), reward, key)
-
-    return jax.lax.map(one, weights)
+def _committed(world: World, believed: Sides[Float[Array, " m"]], key: PRNGKeyArray) -> Float[Array, "T S A_l"]:
+    """The upper level for one belief about both rewards."""
+    reward = world.features.expert.payoff(believed.expert)
+    return best_commitment(world.commitment(believed.learner), reward, key)
 
 
 @jax.jit

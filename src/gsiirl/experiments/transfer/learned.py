@@ -13,7 +13,7 @@ from gsiirl.experiments.config import config_from_dict
 from gsiirl.experiments.run_config import RunConfig
 from gsiirl.experiments.transfer.regret import over_changes, rows
 from gsiirl.program.command import command
-from gsiirl.program.progress import shown
+from gsiirl.program.progress import Begun, Told, shown
 from gsiirl.runs import RunFolder
 from gsiirl.runs.files.atomic import refuse_unwritable
 from gsiirl.runs.files.numbers import is_sound
@@ -113,8 +113,10 @@ class AbstractLearned(abc.ABC):
         """Whether another run was of the same game, and the same rewards were to be learned there."""
 
     @abc.abstractmethod
-    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str], Judged]:
+    def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str, Told], Judged]:
         """What judges learned rewards in a game after one of these changes, a row for each name in `models`.
+
+        It tells how many of its searches are done.
 
         Raises:
             InputError: a change cannot be made.
@@ -132,8 +134,11 @@ class AbstractLearned(abc.ABC):
         judge = self.judge(changes, self.models(beside))
         found: list[dict[str, Any]] = []
         with shown(quiet) as progress:
-            for change in progress.track(list(dict.fromkeys(changes)), description="changed games"):
-                judged = judge(change)
+            several = list(dict.fromkeys(changes))
+            for number, change in enumerate(several, 1):
+                task = Begun(progress, f"change {number} of {len(several)}, {change}")
+                judged = judge(change, task.tell)
+                task.end()
                 found.append({"change": change, **judged.about, "rows": rows(judged.returns)})
         result = {
             "experiment": self.folder.config["experiment"],
