@@ -219,9 +219,16 @@ def test_jax_is_not_loaded(code: str):
 
 @pytest.mark.parametrize("command", [["--help"], ["theory", "--help"], ["evaluate", "--help"], ["transfer", "--help"]])
 def test_help_loads_nothing_heavy(command: list[str]):
-    check = (
-        "import sys; sys.exit(', '.join({'pydantic', 'polars', 'matplotlib', 'networkx', 'numpy'} & {*sys.modules}))"
-    )
+    assert loaded_by(command, {"pydantic", "polars", "matplotlib", "networkx", "numpy"}) == ""
+
+
+def test_help_on_a_run_loads_what_checks_its_settings_alone():
+    assert loaded_by(["run", "security", "--help"], {"polars", "matplotlib", "networkx", "numpy"}) == ""
+
+
+def loaded_by(command: list[str], modules: set[str]) -> str:
+    """Which of the modules a command loads."""
+    check = f"import sys; sys.exit(', '.join({modules} & {{*sys.modules}}))"
     code = f"from gsiirl.cli import main; main({command}); {check}"
     finished = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert finished.stderr.strip() == ""
+    return finished.stderr.strip()

@@ -5,10 +5,12 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from gsiirl.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 SCREEN = Path("-")
 """In place of a file: standard output."""
@@ -16,7 +18,7 @@ FIELD = "--metrics-to"
 
 
 @contextmanager
-def metric_lines(file: Path | None) -> Iterator[Callable[[Mapping[str, np.ndarray]], None] | None]:
+def metric_lines(file: Path | None) -> Iterator["Callable[[Mapping[str, np.ndarray]], None] | None"]:
     """Who appends rows to `file`, each written through at once; None where no file is asked for.
 
     A row is `{"seed": 0, "iteration": 3, "deployed_return_learner": -11.2, ...}`; a number that is not finite is null.
@@ -33,7 +35,7 @@ def metric_lines(file: Path | None) -> Iterator[Callable[[Mapping[str, np.ndarra
     try:
         with file.open("a", encoding="utf-8") as opened:
 
-            def write(columns: Mapping[str, np.ndarray]) -> None:
+            def write(columns: "Mapping[str, np.ndarray]") -> None:
                 try:
                     opened.write("".join(f"{line}\n" for line in lines(columns)))
                     opened.flush()
@@ -45,10 +47,10 @@ def metric_lines(file: Path | None) -> Iterator[Callable[[Mapping[str, np.ndarra
         raise _refused(file, error) from error
 
 
-def lines(columns: Mapping[str, np.ndarray]) -> list[str]:
+def lines(columns: "Mapping[str, np.ndarray]") -> list[str]:
     """Columns of one length as a line of JSON a row."""
     names = list(columns)
-    rows = zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True)
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [json.dumps({name: _number(value) for name, value in zip(names, row, strict=True)}) for row in rows]
 
 
