@@ -23,6 +23,7 @@ from gsiirl.experiments.game.config import GameConfig
 from gsiirl.experiments.security.config import SecurityConfig
 from gsiirl.program.command import command
 from gsiirl.program.metric_lines import metric_lines
+from gsiirl.program.presence import is_file
 from gsiirl.program.progress import nobody
 
 Quiet = Annotated[bool, Parameter(negative="", help="Show no progress.")]
@@ -160,7 +161,7 @@ def _resumable(folder: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        if not (folder / "config.json").is_file():
+        if not is_file(folder / "config.json"):
             raise KeyboardInterrupt("nothing was written yet") from None
         raise KeyboardInterrupt(f"go on with `{command('resume', folder)}`") from None
 

@@ -15,6 +15,7 @@ from gsiirl.front_door.result import MEND, Result, check_shapes
 from gsiirl.front_door.saved_problem import problem_from
 from gsiirl.problems.problem import Problem
 from gsiirl.program.command import command
+from gsiirl.program.presence import is_file, is_folder
 from gsiirl.runs import RunFolder
 from gsiirl.runs.files.array_file import read_versioned_arrays
 from gsiirl.runs.files.checksum import carries_checksum
@@ -32,11 +33,11 @@ def load(folder: str | Path, seed: int | None = None) -> Result:
     """
     path, mend = Path(folder), "give one that Result.save wrote, or a run folder"
     with refuse_unreadable("folder", path, mend):
-        if not path.is_dir():
+        if not is_folder(path):
             raise InputError("folder", f"{path} is no folder", mend)
-        if (path / "config.json").is_file():
+        if is_file(path / "config.json"):
             return load_run(path, seed)
-        if not (path / "result.json").is_file():
+        if not is_file(path / "result.json"):
             raise InputError("folder", f"{path} holds no result.json", mend)
     content = read_versioned_json(path / "result.json", MEND)
     saved = as_typed(_Saved, content, path / "result.json", MEND)

@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from gsiirl.errors import InputError
 from gsiirl.finished.folders import run_folders
+from gsiirl.program.presence import is_file
 
 RUNS = "Folders of runs, or folders that hold such."
 FOLDERS = "Folders of runs or of gsiirl theory, or folders that hold such."
@@ -43,7 +44,7 @@ def table(
         raise InputError(*NONE_NAMED)
     from gsiirl.report import swept_table
 
-    runs = [each for each in run_folders(folders) if (each / "config.json").is_file()]
+    runs = [each for each in run_folders(folders) if is_file(each / "config.json")]
     named = None if by is None else [each.strip() for each in by.split(",")]
     text, unfinished = swept_table(runs, named, metric)
     for folder in unfinished:

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from gsiirl.errors import InputError
+from gsiirl.program.presence import is_file, is_folder, is_there
 from gsiirl.runs.files.atomic import refuse_unwritable
 
 
@@ -19,7 +20,7 @@ def run_folders(folders: Iterable[Path]) -> list[Path]:
     mend = "give the --out folder of a run"
     for folder in folders:
         try:
-            if not folder.is_dir():
+            if not is_folder(folder):
                 raise InputError(str(folder), "is no folder", mend)
             runs = [folder] if is_run(folder) else _runs_below(folder) or _runs_further_down(folder)
         except OSError as error:
@@ -37,14 +38,14 @@ def new_folder(field: str, folder: Path) -> None:
         InputError: it holds something, is a file, or cannot be made.
     """
     with refuse_unwritable(field, folder):
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        if is_there(folder) and (not is_folder(folder) or any(folder.iterdir())):
             raise InputError(field, f"{folder} is not empty", "use a new or empty folder")
         folder.mkdir(parents=True, exist_ok=True)
 
 
 def is_run(folder: Path) -> bool:
     """Whether it is a folder of a run, or of what `gsiirl theory` found."""
-    return any((folder / name).is_file() for name in ("config.json", "theory.json"))
+    return any(is_file(folder / name) for name in ("config.json", "theory.json"))
 
 
 def _runs_below(folder: Path) -> list[Path]:
@@ -52,4 +53,4 @@ def _runs_below(folder: Path) -> list[Path]:
 
 
 def _runs_further_down(folder: Path) -> list[Path]:
-    return [run for below in sorted(folder.iterdir()) if below.is_dir() for run in _runs_below(below)]
+    return [run for below in sorted(folder.iterdir()) if is_folder(below) for run in _runs_below(below)]

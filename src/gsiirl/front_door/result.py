@@ -25,6 +25,7 @@ from gsiirl.irl.conditional_likelihood import ConditionalLikelihood
 from gsiirl.misfit.check import ModelCheck, check_model
 from gsiirl.misfit.models import Observed
 from gsiirl.problems.problem import Problem, joint_payoff
+from gsiirl.program.presence import is_folder, is_there
 from gsiirl.rewards.linear import AbstractFeatures
 from gsiirl.runs.files.array_file import write_arrays
 from gsiirl.runs.files.atomic import refuse_unwritable
@@ -259,7 +260,7 @@ class Result:
         """
         path = Path(folder)
         with refuse_unreadable("folder", path, "use another folder"):
-            if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            if is_there(path) and (not is_folder(path) or any(path.iterdir())):
                 raise InputError("folder", f"{path} is not empty", "use a new or empty folder")
         if not isinstance(self.problem.game, TabularGame):
             raise InputError("folder", "this problem's game is none of arrays", "keep its run folder instead")

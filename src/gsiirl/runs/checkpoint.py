@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gsiirl.errors import InputError
+from gsiirl.program.presence import is_there
 from gsiirl.runs.files.array_file import read_versioned_arrays, write_arrays
 from gsiirl.runs.files.json_file import FORMAT_VERSION
 
@@ -38,7 +39,7 @@ def read_checkpoint(path: Path, carries: bool = False) -> Checkpoint | None:
     Raises:
         InputError: it is damaged or of an unknown format.
     """
-    if not path.exists():
+    if not is_there(path):
         return None
     arrays, metadata = read_versioned_arrays(path, MEND, carries)
     numbers = [metadata.get(name, "") for name in ("iteration", "chunks")]

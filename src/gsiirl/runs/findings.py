@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, StringConstraints
 
+from gsiirl.program.presence import is_there
 from gsiirl.runs.files.checksum import carries_checksum
 from gsiirl.runs.files.json_file import as_typed, read_versioned_json, versioned, write_json
 
@@ -144,7 +145,7 @@ class Findings:
     @staticmethod
     def is_at(folder: Path) -> bool:
         """Whether `folder` holds findings, sound or damaged."""
-        return (folder / FINDINGS).exists()
+        return is_there(folder / FINDINGS)
 
     @classmethod
     def read(cls, folder: Path) -> "Findings":

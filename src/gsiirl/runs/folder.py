@@ -13,6 +13,7 @@ from polars.datatypes import DataTypeClass
 
 from gsiirl.errors import InputError
 from gsiirl.program.command import command
+from gsiirl.program.presence import is_file, is_folder, is_there
 from gsiirl.runs.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from gsiirl.runs.environment import Environment
 from gsiirl.runs.files.atomic import ASIDE, refuse_unwritable, write_atomically
@@ -59,7 +60,7 @@ class RunFolder:
         game_json = sealed_json("game.json", versioned(game))
         refuse_used(path, config, game)
         with refuse_unwritable("--out", path):
-            made = not path.exists()
+            made = not is_there(path)
             try:
                 path.mkdir(parents=True, exist_ok=True)
                 for name in UNBEGUN - {LOCK}:
@@ -69,7 +70,7 @@ class RunFolder:
                 write_atomically(path / "config.json", config_json)
             except BaseException:
                 with suppress(OSError):
-                    if not (path / "config.json").exists():
+                    if not is_there(path / "config.json"):
                         (path / "game.json").unlink(missing_ok=True)
                     if made:
                         path.rmdir()
@@ -84,9 +85,9 @@ class RunFolder:
             InputError: no folder, no run folder, or its description is damaged.
         """
         with refuse_unreadable(str(path), path, A_RUN):
-            if not path.is_dir():
+            if not is_folder(path):
                 raise InputError(str(path), "is no folder", A_RUN)
-            if not (path / "config.json").is_file():
+            if not is_file(path / "config.json"):
                 raise InputError(str(path), "is no run folder: it holds no config.json", A_RUN)
         config = read_versioned_json(path / "config.json", START_AGAIN)
         game = read_versioned_json(path / "game.json", START_AGAIN, NAME in config)
@@ -101,7 +102,7 @@ class RunFolder:
     @staticmethod
     def is_at(path: Path) -> bool:
         """Whether `path` looks like a run folder, sound or damaged."""
-        return (path / "config.json").exists() and (path / "game.json").exists()
+        return is_there(path / "config.json") and is_there(path / "game.json")
 
     @staticmethod
     def is_free(path: Path) -> bool:
@@ -184,7 +185,7 @@ class RunFolder:
         `summary` says which seeds there are, and of which there must be finite numbers; it is the folder's own, or one
         that was made of the metrics of a run that has not ended.
         """
-        if not path.exists():
+        if not is_there(path):
             return None
         table = read_table(path, START_AGAIN, self.carries)
         wrong = [name for name in counted if table.schema.get(name) != polars.Int64]
@@ -201,7 +202,7 @@ class RunFolder:
 
     def write_summary(self, summary: Summary) -> None:
         """Write `summary.json` (see `summarise`), which names the other files of the run's end."""
-        files = [name for name in ENDING if (self.path / name).exists()]
+        files = [name for name in ENDING if is_there(self.path / name)]
         write_json(self.path / "summary.json", versioned(asdict(replace(summary, files=files))))
 
     def summary(self) -> Summary | None:
@@ -211,7 +212,7 @@ class RunFolder:
             InputError: it is damaged, of another run, or names a file that is missing.
         """
         path = self.path / "summary.json"
-        if not path.exists():
+        if not is_there(path):
             return None
         summary = as_typed(Summary, read_versioned_json(path, START_AGAIN, self.carries), path, START_AGAIN)
         if (summary.experiment, summary.algorithm) != (self.config["experiment"], self.config["algorithm"]):
@@ -219,7 +220,7 @@ class RunFolder:
         if not {*summary.files} <= {*ENDING}:
             raise InputError(str(path), "is damaged: it names files that no run writes", START_AGAIN)
         for name in summary.files:
-            if not (self.path / name).exists():
+            if not is_there(self.path / name):
                 raise InputError(str(self.path / name), "is missing", START_AGAIN)
         return summary
 
@@ -243,7 +244,7 @@ class RunFolder:
     def environment(self) -> Environment | None:
         """Where and how long the run ran, or None where it was not written."""
         path = self.path / "environment.json"
-        if not path.exists():
+        if not is_there(path):
             return None
         return as_typed(Environment, read_json(path, START_AGAIN, self.carries), path, START_AGAIN)
 
@@ -277,13 +278,13 @@ def refuse_used(path: Path, config: dict[str, Any], game: dict[str, Any] | None 
     """
     field, mend = "--out", "use another folder"
     with refuse_unreadable(field, path, mend):
-        if not path.exists():
+        if not is_there(path):
             return
-        if not path.is_dir():
+        if not is_folder(path):
             raise InputError(field, f"{path} is a file", mend)
         if RunFolder.is_free(path):
             return
-        if not (path / "config.json").exists():
+        if not is_there(path / "config.json"):
             raise InputError(field, f"{path} holds other files", "use a new or empty folder")
     try:
         present = RunFolder.open(path)

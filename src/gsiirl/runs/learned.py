@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gsiirl.errors import InputError
+from gsiirl.program.presence import is_there
 from gsiirl.runs.files.array_file import read_arrays, write_arrays
 from gsiirl.runs.files.damage import START_AGAIN
 from gsiirl.runs.files.json_file import as_typed, read_versioned_json, versioned, write_json
@@ -110,7 +111,7 @@ def read_learned(folder: Path, summary: Summary | None, carries: bool = False) -
         InputError: one of the two files is damaged, they disagree, or hold no numbers for a seed that did not fail.
     """
     path, arrays_path = folder / "learned.json", folder / "learned.safetensors"
-    if not path.exists():
+    if not is_there(path):
         return None
     described = as_typed(_Described, read_versioned_json(path, START_AGAIN, carries), path, START_AGAIN)
     arrays, _ = read_arrays(arrays_path, START_AGAIN, carries)

@@ -7,6 +7,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from gsiirl.errors import InputError
+from gsiirl.program.presence import is_there
 from gsiirl.runs.files.atomic import refuse_unwritable
 
 LOCK = ".lock"
@@ -20,7 +21,7 @@ PATIENCE = 3.0
 
 def clear_lock(folder: Path) -> None:
     """Remove the file that a killed process left, if nobody works in `folder`."""
-    if (folder / LOCK).exists():
+    if is_there(folder / LOCK):
         with suppress(InputError), locked(folder, ""):
             pass
 
@@ -34,7 +35,7 @@ def locked(folder: Path, field: str, mend: str = "use another folder") -> Iterat
     """
     lock = FileLock(folder / LOCK, timeout=PATIENCE)
     with refuse_unwritable(field, folder, mend):
-        made = not folder.exists()
+        made = not is_there(folder)
         folder.mkdir(parents=True, exist_ok=True)
         try:
             lock.acquire()

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsiirl.program.presence import is_there
 from gsiirl.runs.files.array_file import read_versioned_arrays, write_arrays
 from gsiirl.runs.files.damage import START_AGAIN
 from gsiirl.runs.files.json_file import FORMAT_VERSION
@@ -26,7 +27,7 @@ def read_policies(path: Path, summary: Summary | None, carries: bool = False) ->
     Raises:
         InputError: the file is damaged, of an unknown format, or not of the seeds of the summary.
     """
-    if not path.exists():
+    if not is_there(path):
         return None
     arrays, _ = read_versioned_arrays(path, START_AGAIN, carries)
     if summary is not None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from gsiirl._version import __version__
 from gsiirl.errors import InputError
+from gsiirl.program.presence import is_there
 from gsiirl.runs.findings import FINDINGS, Findings
 
 
@@ -15,7 +16,7 @@ def earlier_findings(out: Path, quick: bool) -> Findings | None:
     """
     try:
         # A call that was killed while it wrote its first file leaves that file's unfinished copy.
-        present = {path.name for path in out.iterdir()} - {f"{FINDINGS}.aside"} if out.exists() else set()
+        present = {path.name for path in out.iterdir()} - {f"{FINDINGS}.aside"} if is_there(out) else set()
     except NotADirectoryError as error:
         raise InputError("--out", f"{out} is a file", "use another folder") from error
     except OSError as error:

@@ -17,6 +17,7 @@ from gsiirl.experts.tabular_expert import RespondingExpert
 from gsiirl.front_door.saved_problem import problem_arrays, problem_from, problem_settings
 from gsiirl.games.tabular import TabularGame
 from gsiirl.problems.problem import Problem, joint_payoff
+from gsiirl.program.presence import is_file
 from gsiirl.runs.files.damage import refuse_damaged, refuse_unreadable
 
 FIELD = "FILE"
@@ -87,7 +88,7 @@ def _read(name: str, told_temperature: bool, adapted: Callable[[dict[str, Any]],
     path_name, _, function = name.partition(":") if ".py:" in name else (name, "", "")
     path = Path(path_name)
     with refuse_unreadable(FIELD, path, "give FILE.npz, or FILE.py:NAME"):
-        if not path.is_file():
+        if not is_file(path):
             raise InputError(FIELD, f"{path_name} is no file", "give FILE.npz, or FILE.py:NAME")
     if function:
         return _from_function(path, function, told_temperature)

@@ -7,6 +7,7 @@ from pathlib import Path
 from gsiirl.errors import InputError
 from gsiirl.experiments.config import ExperimentConfig, config_from_dict
 from gsiirl.experiments.plans.planned_run import PlannedRun, is_finished
+from gsiirl.program.presence import is_file, is_folder, is_there
 from gsiirl.program.progress import nobody
 from gsiirl.runs import RunFolder, clear_lock
 from gsiirl.runs.files.damage import refuse_unreadable
@@ -27,13 +28,13 @@ def check_folders(planned: Sequence[PlannedRun]) -> None:
 
 def _check_folder(folder: Path, config: ExperimentConfig) -> None:
     for above in folder.parents:
-        if RunFolder.is_at(above) or above.is_file():
-            raise InputError("--out", f"{above} {'is a file' if above.is_file() else 'holds a run'}", MEND)
+        if RunFolder.is_at(above) or is_file(above):
+            raise InputError("--out", f"{above} {'is a file' if is_file(above) else 'holds a run'}", MEND)
     if RunFolder.is_at(folder):
         if config_from_dict(RunFolder.open(folder).config, folder / "config.json") != config:
             raise InputError("--out", f"{folder} holds a run with other settings", MEND)
-    elif folder.exists() and not (folder.is_dir() and RunFolder.is_free(folder)):
-        raise InputError("--out", f"{folder} {'holds other files' if folder.is_dir() else 'is a file'}", MEND)
+    elif is_there(folder) and not (is_folder(folder) and RunFolder.is_free(folder)):
+        raise InputError("--out", f"{folder} {'holds other files' if is_folder(folder) else 'is a file'}", MEND)
 
 
 def carry_out(

@@ -122,5 +122,12 @@ def _axis(axis: PointAxis) -> "altair.Axis":
         return alt.Axis(tickCount=6, labelOverlap=True, format="~r")
     places = [place for place, _ in axis.ticks]
     words = f"{json.dumps([words for _, words in axis.ticks])}[indexof({json.dumps(places)}, datum.value)]"
-    slant = {"labelAngle": -35, "labelLimit": 160} if axis.slanted else {}
-    return alt.Axis(values=places, labelExpr=words, labelOverlap=True, grid=not axis.slanted, **slant)
+    angle, limit = (-35, 160) if axis.slanted else (alt.Undefined, alt.Undefined)
+    return alt.Axis(
+        values=places,
+        labelExpr=words,
+        labelOverlap=True,
+        labelAngle=angle,
+        labelLimit=limit,
+        grid=not axis.slanted,
+    )

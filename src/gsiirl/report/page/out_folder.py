@@ -5,6 +5,7 @@ from pathlib import Path
 from pydantic_core import from_json
 
 from gsiirl.errors import InputError
+from gsiirl.program.presence import is_folder, is_there
 from gsiirl.report.page.report import GENERATOR
 from gsiirl.runs import Findings, RunFolder
 from gsiirl.runs.files.damage import refuse_unreadable
@@ -34,10 +35,10 @@ def refuse_foreign_files(out: Path, files: list[str]) -> None:
         InputError: it would, or `out` is a file.
     """
     with refuse_unreadable("--out", out, "use another folder"):
-        if out.exists() and not out.is_dir():
+        if is_there(out) and not is_folder(out):
             raise InputError("--out", f"{out} is a file", "use another folder")
         own = _files_of_earlier_report(out)
-        foreign = [name for name in files if name not in own and (out / name).exists()]
+        foreign = [name for name in files if name not in own and is_there(out / name)]
     if foreign:
         problem = f"{out} holds {', '.join(foreign)}, not written by gsiirl report"
         raise InputError("--out", problem, "use another folder or move them away")
