@@ -303,7 +303,8 @@ def test_failed_seeds_are_named_at_the_end(
         assert main([*command, str(folder)]) == status
         captured = capsys.readouterr()
         assert f"The run is in {folder}" in captured.out
-        told = f"gsiirl: {folder}: failed seeds {', '.join(map(str, failed))} ({WHY})\n"
+        several = "s"[: len(failed) > 1]
+        told = f"gsiirl: {folder}: failed: seed{several} {', '.join(map(str, failed))} ({WHY})\n"
         assert captured.err == (told if failed else "")
 
 
@@ -361,7 +362,7 @@ def test_reproduce_runs_the_plan_and_reports_it(
     assert main(command) == 0
     captured = capsys.readouterr()
     assert captured.out == f"{tmp_path / 'report' / 'index.html'}\n"
-    assert captured.err == f"gsiirl: {tmp_path / 'crossing' / 'paper'}: failed seeds 1 ({WHY})\n"
+    assert captured.err == f"gsiirl: {tmp_path / 'crossing' / 'paper'}: failed: seed 1 ({WHY})\n"
     folders = [folder for _, folder in runner.calls]
     assert len(folders) == 12
     # The longest runs begin first, and stand last in the report.

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from gsiirl.learners.bilevel import Bilevel as Bilevel
     from gsiirl.learners.reward_learner import RewardGSIIRL as RewardGSIIRL
     from gsiirl.problems.problem import Problem as Problem
+    from gsiirl.types import Sides as Sides
+    from gsiirl.types import Trajectories as Trajectories
 
 _MODULES = (
     "baselines",
@@ -46,6 +48,8 @@ _MEMBERS = {
     "GSIIRL": "gsiirl.front_door.fit",
     "Problem": "gsiirl.problems.problem",
     "RespondingExpert": "gsiirl.experts.tabular_expert",
+    "Sides": "gsiirl.types",
+    "Trajectories": "gsiirl.types",
     "RewardGSIIRL": "gsiirl.learners.reward_learner",
     "SimulatedExpert": "gsiirl.experts.tabular_expert",
     "load": "gsiirl.experiments.loading",

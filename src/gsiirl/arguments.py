@@ -1,9 +1,17 @@
 """Numbers and arrays that a user gives, checked."""
 
+import inspect
+
 import numpy as np
 from jaxtyping import Array
 
 from gsiirl.errors import InputError
+
+
+def signature_of(kind: type) -> inspect.Signature:
+    """The arguments of a class by its `__init__`, where its `__new__` takes those of another one too."""
+    _, *parameters = inspect.signature(kind.__init__).parameters.values()
+    return inspect.Signature(parameters)
 
 
 def positive(argument: str, value: object) -> float:

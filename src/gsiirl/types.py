@@ -1,10 +1,12 @@
 """The few records every part of the library speaks in."""
 
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PyTree
+from numpy.typing import ArrayLike
 
 Value = TypeVar("Value", covariant=True)
 AnyArray = Array | np.ndarray
@@ -28,12 +30,22 @@ Policies = Sides[Float[Array, "..."]]
 class Trajectories(eqx.Module):
     """Episodes of equal length T; `d` of them along a leading axis.
 
-    `states` and `actions` are indices into the game's states and actions; `mask` is False after an episode has ended.
+    `states` and `actions` are indices into the game's states and actions, whole numbers from 0: the state before each
+    step, and what both sides did there. `mask` is True up to an episode's end; what stands after it does not count.
     """
 
     states: Int[Array, "*d T"]
     actions: Sides[Int[Array, "*d T"]]
     mask: Bool[Array, "*d T"]
+
+    @classmethod
+    def from_arrays(
+        cls, states: ArrayLike, learner: ArrayLike, expert: ArrayLike, mask: ArrayLike | None = None
+    ) -> Self:
+        """Episodes from arrays of NumPy, (d, T) each; without `mask` every episode lasts T steps."""
+        given = np.asarray(states)
+        over = np.ones(given.shape, bool) if mask is None else mask
+        return cls(jnp.asarray(given), Sides(jnp.asarray(learner), jnp.asarray(expert)), jnp.asarray(over))
 
 
 class Interaction(eqx.Module):

@@ -45,7 +45,7 @@ def test_an_interval_of_reward_values_counts_how_weights_vary_together():
 
 
 def test_a_weight_that_is_as_open_as_before_was_never_put_to_the_test():
-    assert reward((0.1, PRIOR, 0.1, 0.1)).undetermined == ["value of host 2: never put to the test"]
+    assert reward((0.1, PRIOR, 0.1, 0.1)).undetermined == ["value of host 2: not pinned down by what was seen"]
     assert reward((0.1, 0.45 * PRIOR, 0.1, 0.1)).undetermined == []
     assert reward((0.1, 0.55 * PRIOR, 0.1, 0.1)).determined.tolist() == [True, False, True, True]
 

@@ -1,3 +1,4 @@
+import html
 import importlib.util
 import io
 from html.parser import HTMLParser
@@ -10,7 +11,7 @@ import rich.console
 
 import gsiirl
 from gsiirl.front_door import plots
-from gsiirl.front_door.result import Result
+from gsiirl.front_door.result import Result, Results
 from gsiirl.program import progress
 
 RANDOM = np.random.default_rng(0)
@@ -180,3 +181,24 @@ def test_bars_are_drawn_on_terminals_and_in_notebooks_that_can(
 
     console = Console(force_jupyter=jupyter)
     assert progress.draws(console) is drawn
+
+
+def test_html_of_several_seeds_has_means_and_spreads() -> None:
+    one, other = made_up(), made_up()
+    other.expert_reward.weights[WEIGHTS - 1] += 2.0
+    parsed = Cells()
+    parsed.feed(Results([one, other])._repr_html_())
+    assert parsed.open == []
+    place = parsed.texts.index(list(one.expert_reward.names)[WEIGHTS - 1])
+    assert parsed.texts[place + 1 : place + 3] == ["7.5", "1.4"]
+    assert "and 4 smaller ones" in parsed.texts
+
+
+def test_html_names_what_is_open_only_together() -> None:
+    result = made_up()
+    shared = np.random.default_rng(0).normal(size=(len(result.expert_reward.draws), 1))
+    result.expert_reward.draws[:, :2] = 0.6 * result.expert_reward.prior_deviation * shared
+    result.expert_reward.draws[:, :2] *= np.array([0.7, 0.7])
+    words = [each for each in result.expert_reward.undetermined if each.startswith("a c")]
+    assert words
+    assert all(f"not determined: {each}" in html.unescape(result._repr_html_()) for each in words)

@@ -177,3 +177,11 @@ def test_a_state_in_which_a_side_may_do_nothing_is_refused(side: str) -> None:
     mask = np.array([[True, True], [False, False]])
     with pytest.raises(InputError, match=side):
         TabularGame.from_arrays(np.full((2, 2, 2, 2), 0.5), initial=[1.0, 0.0], horizon=1, **{side: mask})
+
+
+@pytest.mark.parametrize(
+    ("terminal", "said"), [([0, 0, 1], "names a state twice"), ([STATES], f"holds {STATES}, which is no state")]
+)
+def test_zeros_and_ones_are_not_taken_for_states(terminal: list[int], said: str) -> None:
+    with pytest.raises(InputError, match=f"terminal: {said}"):
+        TabularGame.from_arrays(dense(), initial=START, horizon=2, terminal=terminal)

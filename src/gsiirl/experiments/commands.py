@@ -182,4 +182,5 @@ def _print_end(folder: Path) -> int:
 def print_failed(folder: Path, seeds: list[int]) -> None:
     """Name the seeds that failed, and why one does."""
     why = "the learner, deployed, ends below random play, or a number is not finite"
-    print(f"gsiirl: {folder}: failed seeds {', '.join(map(str, seeds))} ({why})", file=sys.stderr)
+    failed = f"failed: seed{'s'[: len(seeds) > 1]} {', '.join(map(str, seeds))}"
+    print(f"gsiirl: {folder}: {failed} ({why})", file=sys.stderr)

@@ -10,6 +10,7 @@ import numpy as np
 import polars
 from jaxtyping import Array, PyTree
 
+from gsiirl.arguments import signature_of
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
 from gsiirl.errors import FitWarning, InputError
@@ -117,6 +118,8 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
             "hand_back", ("average" if has_posterior else "estimate") if hand_back is None else hand_back, HAND_BACK
         )
         self._feedback: Any = _one_of("feedback", feedback, ("model", "visited"))
+        if not isinstance(many_starts, bool):
+            raise InputError("many_starts", f"cannot be {many_starts!r}", "give True or False")
         self._many_starts = many_starts
         if not has_posterior and (self._explore, self._hand_back) != ("estimate", "estimate"):
             raise InputError("lower_level", "matching has no posterior", 'use explore="estimate", hand_back="estimate"')
@@ -214,6 +217,36 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
         return MatchingLevel(likelihood, Linear(problem.expert_features, size), 1e-3)
 
 
+GSIIRL.__signature__ = signature_of(GSIIRL)  # pyright: ignore[reportAttributeAccessIssue] (what a notebook shows)
+
+
+def _check_possible(
+    seen: dict[str, np.ndarray], mask: np.ndarray, states: np.ndarray, game: AbstractTabularGame
+) -> None:
+    """See that episodes begin and go on as the game allows; `states` are −1 where none was seen.
+
+    Raises:
+        InputError: one does not: something was recorded in another order, or the game is not the one that was played.
+    """
+    mend = "record the state before each step, and who did what; or mend the game"
+    begun = (states[:, 0] >= 0) & (np.asarray(game.initial)[states[:, 0]] == 0)
+    if begun.any():
+        episode = int(np.argmax(begun))
+        where = f"episode {episode} begins in state {states[episode, 0]}"
+        raise InputError("demonstrations.states", f"{where}, where the game never begins", mend)
+    episodes, steps = np.nonzero(mask[:, :-1] & (states[:, 1:] >= 0))
+    before = {name: array[episodes, steps] for name, array in seen.items()}
+    following = states[episodes, steps + 1]
+    actions = Sides(before["actions.learner"], before["actions.expert"])
+    wrong = np.flatnonzero(~game.possible(before["states"], actions, following))
+    if wrong.size:
+        first = wrong[0]
+        where = f"episode {episodes[first]} goes at step {steps[first]} from state {before['states'][first]}"
+        done = f"by learner's action {actions.learner[first]} and expert's action {actions.expert[first]}"
+        problem = f"{where} to state {following[first]} {done}, which the game never does"
+        raise InputError("demonstrations.states", problem, mend)
+
+
 def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
     """Demonstrations of a user's own expert, with the library's types.
 
@@ -240,10 +273,19 @@ def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
     mask = np.asarray(seen.mask)
     if mask.shape != shape or mask.dtype != bool:
         raise InputError(f"{field}.mask", f"is {mask.dtype} of shape {mask.shape}", f"give booleans of shape {shape}")
+    states, given = arrays["states"], mask
+    known = (states >= 0) & (states < game.number_of_states)
+    over = np.zeros(shape, bool)
     if game.terminal is not None:
-        states = arrays["states"]
-        known = (states >= 0) & (states < game.number_of_states)
-        mask = mask & ~(known & np.asarray(game.terminal)[np.where(known, states, 0)])
+        over = known & np.asarray(game.terminal)[np.where(known, states, 0)]
+    mask = mask & ~np.logical_or.accumulate(over, axis=1)
+    for wrong, said in (
+        (~given[:, :1] & ~over[:, :1], "has no first step"),
+        (given[:, 1:] & ~given[:, :-1], "goes on after a step that is masked"),
+    ):
+        if wrong.any():
+            problem = f"cannot be: episode {np.argwhere(wrong)[0][0]} {said}"
+            raise InputError(f"{field}.mask", problem, "give True up to the end of each episode, then False")
     for name, (_, limit) in limits.items():
         wrong = mask & ((arrays[name] < 0) | (arrays[name] >= limit))
         if wrong.any():
@@ -263,6 +305,8 @@ def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
                 f"is {chosen[episode, step]} in state {arrays['states'][episode, step]}, which is forbidden there",
                 f"demonstrate allowed actions, or mend {side}_actions of the game",
             )
+    # Where an episode ends in a terminal state, that it arrives there counts, and nothing after.
+    _check_possible(arrays, mask, np.where(known & given, states, -1), game)
     whole = {name: jnp.asarray(array, jnp.int64) for name, array in arrays.items()}
     return Trajectories(
         states=whole["states"],

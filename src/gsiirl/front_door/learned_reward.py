@@ -106,7 +106,11 @@ class LearnedReward(Mapping[str, float]):
             InputError: the reward has no posterior.
         """
         determined, names = self.determined, list(self.names)
-        words = [f"{name}: never put to the test" for name, known in zip(names, determined, strict=True) if not known]
+        words = [
+            f"{name}: not pinned down by what was seen"
+            for name, known in zip(names, determined, strict=True)
+            if not known
+        ]
         kept = np.flatnonzero(determined)
         if kept.size < 2:
             return words

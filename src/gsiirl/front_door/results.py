@@ -6,6 +6,8 @@ from typing import Any, Generic, Protocol, TypeVar, overload, runtime_checkable
 import numpy as np
 import polars
 
+from gsiirl.front_door.html import html_of_several
+
 
 @runtime_checkable
 class OneSeed(Protocol):
@@ -51,6 +53,9 @@ class AbstractResults(Sequence[One], Generic[One]):
     def __repr__(self) -> str:
         seeds = [each.seed for each in self._results]
         return f"{type(self).__name__}({self._results[0].problem!r}, seeds {seeds[0]} to {seeds[-1]})"
+
+    def _repr_html_(self) -> str:
+        return html_of_several(self)
 
     @property
     def mean(self) -> dict[str, float]:

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractTabularGame
@@ -131,3 +131,13 @@ class AttackGraph(AbstractTabularGame):
         open_to_attack = (actions.expert < self.number_of_edges) & (actions.learner != actions.expert)
         succeeds = jax.random.uniform(key, dtype=self.success.dtype) < self.success[state, edge]
         return jnp.where(open_to_attack & succeeds, self.successors[state, edge], state)
+
+    def possible(
+        self, states: Int[AnyArray, " n"], actions: Sides[Int[AnyArray, " n"]], following: Int[AnyArray, " n"]
+    ) -> Bool[np.ndarray, " n"]:
+        states, following, attack = np.asarray(states), np.asarray(following), np.asarray(actions.expert)
+        edge = np.minimum(attack, self.number_of_edges - 1)
+        open_to_attack = (attack < self.number_of_edges) & (np.asarray(actions.learner) != attack)
+        success = np.where(open_to_attack, np.asarray(self.success)[states, edge], 0.0)
+        arrived = following == np.asarray(self.successors)[states, edge]
+        return (arrived & (success > 0)) | ((following == states) & (success < 1))

@@ -6,6 +6,7 @@ from typing import Generic, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from gsiirl.games.payoff import AbstractPayoff
@@ -94,6 +95,12 @@ class AbstractTabularGame(eqx.Module):
     @abc.abstractmethod
     def step(self, key: PRNGKeyArray, state: Int[Array, ""], actions: Sides[Int[Array, ""]]) -> Int[Array, ""]:
         """s' ~ P(·|s, a)."""
+
+    def possible(
+        self, states: Int[AnyArray, " n"], actions: Sides[Int[AnyArray, " n"]], following: Int[AnyArray, " n"]
+    ) -> Bool[np.ndarray, " n"]:
+        """Whether P(s'|s, a) > 0, of n steps; True throughout for a kind of game that does not say."""
+        return np.ones(len(states), bool)
 
     def observe(self, state: Int[Array, ""]) -> Sides[Int[Array, ""]]:
         """What each side sees of the state: here all of it."""

@@ -117,6 +117,17 @@ class TabularGame(AbstractTabularGame):
         successor = jax.random.categorical(key, jnp.log(jnp.asarray(self.probabilities)[chosen]))
         return jnp.asarray(self.successors)[chosen][successor]
 
+    def possible(
+        self, states: Int[AnyArray, " n"], actions: Sides[Int[AnyArray, " n"]], following: Int[AnyArray, " n"]
+    ) -> Bool[np.ndarray, " n"]:
+        chosen = states, actions.learner, actions.expert
+        probabilities = np.asarray(self.probabilities)[chosen]
+        if self.dense:
+            return probabilities[np.arange(len(states)), following] > 0
+        return np.any(
+            (np.asarray(self.successors)[chosen] == np.asarray(following)[:, None]) & (probabilities > 0), axis=1
+        )
+
 
 def _successors_of(transitions: object) -> tuple[np.ndarray, np.ndarray]:
     """Successors and their probabilities, (S, A_l, A_e, K) each."""
@@ -175,14 +186,16 @@ def _states_of(terminal: object, states: int) -> np.ndarray | None:
         over = given.copy()
     elif given.ndim == 1 and given.size == 0:
         return None
-    elif given.dtype.kind in "iu" and given.ndim == 1 and given.min() >= 0 and given.max() < states:
-        over = np.isin(np.arange(states), given)
     else:
-        raise InputError(
-            "terminal",
-            f"is an array of {given.dtype} of shape {given.shape}",
-            f"give {states} booleans, or a list of states from 0 to {states - 1}",
-        )
+        mend = f"give {states} booleans, or a list of states from 0 to {states - 1}"
+        if given.dtype.kind not in "iu" or given.ndim != 1:
+            raise InputError("terminal", f"is an array of {given.dtype} of shape {given.shape}", mend)
+        if given.min() < 0 or given.max() >= states:
+            raise InputError("terminal", f"holds {given[(given < 0) | (given >= states)][0]}, which is no state", mend)
+        if np.unique(given).size < given.size:
+            # Zeros and ones that were meant as booleans would be read as the states 0 and 1.
+            raise InputError("terminal", "names a state twice", mend)
+        over = np.isin(np.arange(states), given)
     return over if over.any() else None
 
 

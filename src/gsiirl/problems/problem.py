@@ -7,7 +7,7 @@ from typing import Any, Self, overload
 import jax
 import numpy as np
 
-from gsiirl.arguments import discount_of, numbers, positive
+from gsiirl.arguments import discount_of, numbers, positive, signature_of
 from gsiirl.errors import InputError
 from gsiirl.games.base import AbstractContinuousGame, AbstractTabularGame
 from gsiirl.games.payoff import AbstractPayoff, DensePayoff
@@ -119,6 +119,9 @@ class Problem:
             f"Problem({self.game.number_of_states} states, {actions.learner} x {actions.expert} actions, "
             f"{self.game.horizon} steps, {len(self.expert_names)} weights)"
         )
+
+
+Problem.__signature__ = signature_of(Problem)  # pyright: ignore[reportAttributeAccessIssue] (what a notebook shows)
 
 
 class StateActionNames(Sequence[str]):
@@ -233,7 +236,7 @@ def features_of(
         table = numbers(argument, features)
     if table.ndim != 4 or table.shape[:3] != shape or table.shape[3] == 0:
         raise InputError(
-            argument, f"has shape {table.shape}", f"give {(*shape, 'm')}: states, learner's, expert's, features"
+            argument, f"has shape {table.shape}", f"give ({', '.join(map(str, shape))}, number of features)"
         )
     if names is not None and (isinstance(names, str) or not isinstance(names, Iterable)):
         raise InputError(names_argument, f"is {names!r}", "give a list of texts, one a feature")

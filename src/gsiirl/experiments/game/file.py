@@ -163,7 +163,8 @@ def _from_function(path: Path, name: str, told_temperature: bool) -> OwnGame:
     except Exception as error:
         raise InputError(FIELD, f"{path} cannot be run ({error!r})", "mend the file") from error
     if not callable(found):
-        raise InputError(FIELD, f"{path} has no function {name}", "name one that is there")
+        problem = f"{name} in {path} is no function" if found is not None else f"{path} has no function {name}"
+        raise InputError(FIELD, problem, "name one that is there")
     try:
         returned = found()
     except InputError:

@@ -1,0 +1,87 @@
+"""Episodes of a user's own expert are refused where the game cannot have made them."""
+
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from gsiirl.errors import InputError
+from gsiirl.front_door.fit import checked
+from gsiirl.games import TabularGame
+from gsiirl.games.attack_graph import AttackGraph
+from gsiirl.games.base import AbstractTabularGame
+from gsiirl.types import Sides, Trajectories
+from tests.helpers import small_network
+
+MOVE = np.zeros((3, 2, 2, 3))
+for state in range(3):
+    MOVE[state, :, 0, state] = 1.0
+    MOVE[state, :, 1, (state + 1) % 3] = 1.0
+"""The expert's action 1 goes round, action 0 stays."""
+
+
+def game(**settings: Any) -> TabularGame:
+    return TabularGame.from_arrays(MOVE, initial=[0.5, 0.5, 0.0], horizon=3, **settings)
+
+
+def shown(states: list[int], expert: list[int], mask: tuple[bool, ...] = (True, True, True)) -> Trajectories:
+    """One episode, after a sound one."""
+    return Trajectories.from_arrays([[0, 1, 2], states], np.zeros((2, 3), int), [[1, 1, 1], expert], [[True] * 3, mask])
+
+
+def test_what_the_game_can_do_is_accepted() -> None:
+    assert checked(shown([1, 1, 2], [0, 1, 0]), game(), 2).mask.all()
+
+
+@pytest.mark.parametrize(
+    ("episode", "said"),
+    [
+        (shown([2, 2, 2], [0, 0, 0]), "episode 1 begins in state 2, where the game never begins"),
+        (
+            shown([0, 2, 2], [1, 0, 0]),
+            r"episode 1 goes at step 0 from state 0 to state 2 by learner's action 0 and expert's action 1, which",
+        ),
+        (shown([0, 0, 0], [0, 1, 0]), "episode 1 goes at step 1 from state 0 to state 0"),
+        (shown([0, 1, 2], [1, 1, 1], (False, True, True)), "episode 1 has no first step"),
+        (shown([0, 1, 2], [1, 1, 1], (True, False, True)), "episode 1 goes on after a step that is masked"),
+    ],
+)
+def test_what_it_cannot_do_is_refused_with_its_place(episode: Trajectories, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        checked(episode, game(), 2)
+
+
+def test_after_an_episodes_end_anything_may_stand() -> None:
+    assert checked(shown([0, 2, 9], [0, 9, 9], (True, False, False)), game(), 2).mask.sum() == 4
+    ends_in_1 = game(terminal=[1])
+    assert checked(shown([0, 1, 0], [1, 0, 0]), ends_in_1, 2).mask.sum() == 2
+    with pytest.raises(InputError, match="episode 1 goes at step 0 from state 0 to state 1"):
+        checked(shown([0, 1, 0], [0, 0, 0]), ends_in_1, 2)
+
+
+def test_an_episode_that_begins_at_its_end_needs_no_step() -> None:
+    assert checked(shown([1, 0, 0], [0, 0, 0], (False, False, False)), game(terminal=[1]), 2).mask.sum() == 1
+
+
+@pytest.mark.parametrize(
+    "of",
+    [
+        game(),
+        TabularGame.from_arrays((MOVE.argmax(-1)[..., None], np.ones((3, 2, 2, 1))), initial=[1, 0, 0], horizon=2),
+        AttackGraph.create(small_network(), horizon=3, learner_no_op=True, expert_no_op=True),
+        AttackGraph.create(small_network(), horizon=3),
+    ],
+    ids=["dense", "sparse", "network with no-ops", "network"],
+)
+def test_what_is_possible_is_where_mass_flows(of: AbstractTabularGame) -> None:
+    states, (learners, experts) = of.number_of_states, (of.number_of_actions.learner, of.number_of_actions.expert)
+    for learner in range(learners):
+        for expert in range(experts):
+            pure = [np.zeros((states, number)) for number in (learners, experts)]
+            pure[0][:, learner], pure[1][:, expert] = 1.0, 1.0
+            policies = Sides(*map(jax.numpy.asarray, pure))
+            flow = np.asarray(jax.vmap(lambda start: of.advance(start, policies))(np.eye(states)))  # noqa: B023
+            before, after = (each.ravel() for each in np.indices((states, states)))
+            actions = Sides(np.full(before.size, learner), np.full(before.size, expert))
+            np.testing.assert_array_equal(of.possible(before, actions, after), flow[before, after] > 0)
