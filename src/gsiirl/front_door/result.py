@@ -235,10 +235,10 @@ class Result:
             )
 
     def evaluate(self, expert_reward: object, temperature: float | None = None) -> Evaluation:
-        """What the policy earns against the true expert, beside the best, the worst, random play and MARL.
+        """What the policy earns against a soft best responder of the true reward, beside the best, random play, MARL.
 
-        `expert_reward` is the true r_e, an array (S, A_l, A_e); `temperature` the true τ, which is the problem's where
-        it has one.
+        `expert_reward` is its r_e, an array (S, A_l, A_e); `temperature` its τ, which is the problem's unless given. An
+        expert of another kind, or of another temperature, may answer otherwise: let it play against `policy`.
 
         Raises:
             InputError: an argument cannot be, or the temperature is missing.
