@@ -52,7 +52,7 @@ def test_slopes_stand_under_the_title() -> None:
 
 
 def test_what_cannot_be_drawn_is_left_out() -> None:
-    line = curve("falls to nothing", np.array([1.0, 2.0, 3.0]), np.array([1.0, 0.0, np.nan]))
+    line = curve("falls to nothing", np.array([1.0, 2.0, 3.0, np.inf]), np.array([1.0, 0.0, np.nan, 1.0]))
     finding = Finding("key", "title", "claim", "", "", [], [Panel("panel", "x", "y", [line])])
     (chart,) = charts_of(finding).panels
     assert [float(row["y"]) for row in rows_of(chart.specification)] == [1.0]

@@ -1,6 +1,7 @@
 """Curves through measured points as charts of Altair: values under the pointer, curves switched on and off."""
 
 import json
+import math
 import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -112,7 +113,8 @@ def _scale(axis: PointAxis, values: list[float]) -> "altair.Scale":
     kind = alt.Undefined if not axis.logarithmic else "log"
     if axis.limits:
         return alt.Scale(type=kind, domain=list(axis.limits), nice=False)
-    return alt.Scale(type=kind, domain=[min(values), max(values)], nice=False, padding=10)
+    finite = [each for each in values if math.isfinite(each)]
+    return alt.Scale(type=kind, domain=[min(finite), max(finite)], nice=False, padding=10)
 
 
 def _axis(axis: PointAxis) -> "altair.Axis":

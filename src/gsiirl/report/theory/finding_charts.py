@@ -1,5 +1,7 @@
 """The figure of a finding as charts, whose points tell their values."""
 
+import math
+
 import polars
 
 from gsiirl.report.curves.point_charts import SHAPES, Line, PointAxis, PointCurve, PointPanel, point_charts
@@ -25,7 +27,7 @@ def _panel(panel: Panel, looks: dict[tuple[str, str], Look]) -> PointPanel:
     slopes = {curve.name: straight_slope(panel, curve) for curve in panel.curves}
     told = [f"{name} {format_number(slope, 2)}" for name, slope in slopes.items() if slope is not None]
     limits = heights(panel)
-    places = sorted({x for curve in panel.curves for x in curve.x if x > 0}) if panel.log_x else []
+    places = sorted({x for curve in panel.curves for x in curve.x if 0 < x < math.inf}) if panel.log_x else []
     return PointPanel(
         panel.title,
         f"slope of {'; '.join(told)}" if told else "",
