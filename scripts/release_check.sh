@@ -26,7 +26,8 @@ trap 'rm -rf "$work"' EXIT
 .venv/bin/python -m hatchling build -d "$work/dist"
 sdist="$(ls "$work"/dist/*.tar.gz)" wheel="$(ls "$work"/dist/*.whl)"
 ls -lh "$work/dist"
-tar xzOf "$sdist" --wildcards '*/PKG-INFO' | grep -nE '\]\((\.|/|docs|examples)' && lacks "the description has links that lead nowhere on a package index"
+tar xzOf "$sdist" --wildcards '*/PKG-INFO' > "$work/description"
+grep -nP '\]\((?!https?:)' "$work/description" && lacks "the description has links that lead nowhere on a package index"
 
 installed() { # name of the environment, then what to install into it
     name="$1"; shift
@@ -59,5 +60,5 @@ mkdir "$work/sdist"
 tar xzf "$sdist" -C "$work/sdist" --strip-components 1
 make -C "$work/sdist" test
 
-[ -z "$lacking" ] || fail "all tests pass, and what is named at the top is lacking"
+[ -z "$lacking" ] || fail "all tests pass, and what is named above is lacking"
 echo "release: $version can be tagged (git tag v$version) and uploaded (uv publish dist/*); build it again from the tag"

@@ -19,6 +19,11 @@ for state in range(3):
     MOVE[state, :, 0, state] = 1.0
     MOVE[state, :, 1, (state + 1) % 3] = 1.0
 """The expert's action 1 goes round, action 0 stays."""
+PADDED = (
+    np.broadcast_to([[0, 1, 1], [0, 2, 0], [1, 0, 0]], (2, 2, 3, 3)).transpose(2, 0, 1, 3),
+    np.broadcast_to([0.5, 0.5, 0.0], (3, 2, 2, 3)),
+)
+"""Successors twice, and some of probability 0."""
 
 
 def game(**settings: Any) -> TabularGame:
@@ -62,6 +67,8 @@ def test_after_an_episodes_end_anything_may_stand() -> None:
 
 def test_an_episode_that_begins_at_its_end_needs_no_step() -> None:
     assert checked(shown([1, 0, 0], [0, 0, 0], (False, False, False)), game(terminal=[1]), 2).mask.sum() == 1
+    with pytest.raises(InputError, match="episode 1 has no first step"):
+        checked(shown([2, 0, 0], [0, 0, 0], (False, False, False)), game(terminal=[2]), 2)
 
 
 @pytest.mark.parametrize(
@@ -69,10 +76,11 @@ def test_an_episode_that_begins_at_its_end_needs_no_step() -> None:
     [
         game(),
         TabularGame.from_arrays((MOVE.argmax(-1)[..., None], np.ones((3, 2, 2, 1))), initial=[1, 0, 0], horizon=2),
+        TabularGame.from_arrays(PADDED, initial=[1, 0, 0], horizon=2, terminal=[2]),
         AttackGraph.create(small_network(), horizon=3, learner_no_op=True, expert_no_op=True),
         AttackGraph.create(small_network(), horizon=3),
     ],
-    ids=["dense", "sparse", "network with no-ops", "network"],
+    ids=["dense", "sparse", "sparse with padding", "network with no-ops", "network"],
 )
 def test_what_is_possible_is_where_mass_flows(of: AbstractTabularGame) -> None:
     states, (learners, experts) = of.number_of_states, (of.number_of_actions.learner, of.number_of_actions.expert)

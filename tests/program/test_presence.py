@@ -18,6 +18,7 @@ def test_files_folders_and_nothing_are_told_apart(tmp_path: Path) -> None:
         (tmp_path / "none", (False, False, False)),
         (file / "below", (False, False, False)),
         (loop, (False, False, False)),
+        (Path("a\0b"), (False, False, False)),
     ):
         assert (is_there(path), is_folder(path), is_file(path)) == expected
 

@@ -280,7 +280,10 @@ def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
         over = known & np.asarray(game.terminal)[np.where(known, states, 0)]
     mask = mask & ~np.logical_or.accumulate(over, axis=1)
     for wrong, said in (
-        (~given[:, :1] & ~over[:, :1], "has no first step"),
+        (
+            ~given[:, :1] & ~(over & (np.asarray(game.initial)[np.where(known, states, 0)] > 0))[:, :1],
+            "has no first step",
+        ),
         (given[:, 1:] & ~given[:, :-1], "goes on after a step that is masked"),
     ):
         if wrong.any():

@@ -114,10 +114,11 @@ class LearnedReward(Mapping[str, float]):
         kept = np.flatnonzero(determined)
         if kept.size < 2:
             return words
-        spread = np.cov(self.draws[:, kept], rowvar=False) / self.prior_deviation**2
-        variances, directions = np.linalg.eigh(spread)
-        for place in np.flatnonzero(variances > DETERMINED**2)[::-1]:
-            words.append(_described(directions[:, place], [names[each] for each in kept]))
+        # Draws are few: their singular vectors are the eigenvectors of a covariance that may be large.
+        centred = (self.draws[:, kept] - self.draws[:, kept].mean(axis=0)) / self.prior_deviation
+        _, sizes, directions = np.linalg.svd(centred / np.sqrt(len(centred) - 1), full_matrices=False)
+        for place in np.flatnonzero(sizes > DETERMINED):
+            words.append(_described(directions[place], [names[each] for each in kept]))
         return words
 
     def anchored(self, name: str, value: float) -> "LearnedReward":

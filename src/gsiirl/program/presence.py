@@ -47,3 +47,5 @@ def _mode(path: Path) -> int | None:
         if error.errno in ABSENT:
             return None
         raise
+    except ValueError:  # a null byte, which no name has
+        return None

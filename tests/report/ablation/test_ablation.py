@@ -1,13 +1,17 @@
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import polars
 import pytest
 from report.structure import faults
 
 from gsiirl.errors import InputError, InputWarning
 from gsiirl.report import write_ablation_page
+from gsiirl.report.ablation.figure import ablation_charts
 from gsiirl.report.ablation.results import AblationResults
+from gsiirl.report.curves import point_charts
 from gsiirl.report.read.verdict import RULE
 from gsiirl.runs import Ablation, AblationVariant, RunFolder, summarise
 from gsiirl.runs.files.json_file import write_json
@@ -147,3 +151,18 @@ def test_a_plan_without_its_checksum_is_told(tmp_path: Path):
     path.write_bytes(path.read_bytes().replace(b'"checksum"', b'"unlisted"').replace(b"gsiirl-sha256:", b""))
     with pytest.warns(InputWarning, match="before files carried checksums"):
         assert Ablation.read(tmp_path) == PLAN
+
+
+def test_the_chart_has_every_point_of_the_drawing(folder, monkeypatch):
+    pytest.importorskip("altair")
+    monkeypatch.setattr(point_charts, "charts_installed", lambda: True)
+    found = ablation_charts(AblationResults.read(folder))
+    assert found is not None
+    (panel,) = found.panels
+    assert ([each.label for each in found.runs], found.seeds) == (["graph 0", "graph 3"], [])
+    content = json.loads(panel.specification)
+    (rows,) = [each for each in content["datasets"].values() if isinstance(each, str)]
+    table = polars.read_csv(rows.encode())
+    assert table["at"].to_list() == 2 * ["paper", "+ memory", "+ nothing", "+ harm"]
+    np.testing.assert_allclose(table["y"], 2 * [MEANS[each.name] - MARL for each in PLAN.variants], atol=1e-12)
+    assert (table["low"] < table["y"]).all()

@@ -88,3 +88,10 @@ def test_a_runs_name_cannot_end_the_script_that_holds_it(tmp_path: Path, monkeyp
 
 def test_without_the_extra_there_are_no_charts(group: GameGroup) -> None:
     assert charts_of(group, returns_panels(group), []) is None
+
+
+def test_a_metric_without_a_number_leaves_an_empty_panel(group: GameGroup, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(charts, "charts_installed", lambda: True)
+    whole = panel_table
+    monkeypatch.setattr(charts, "panel_table", lambda group, metric: whole(group, metric).clear())
+    assert charts_of(group, returns_panels(group), []) is not None

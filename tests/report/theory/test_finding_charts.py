@@ -12,7 +12,7 @@ from report.synthetic_theory import curve, many_panels, power_law
 from gsiirl.report.curves import point_charts
 from gsiirl.report.figures.charts import Charts
 from gsiirl.report.theory.finding_charts import finding_charts
-from gsiirl.runs import Finding, Panel
+from gsiirl.runs import Curve, Finding, Panel
 
 pytest.importorskip("altair")
 
@@ -56,6 +56,13 @@ def test_what_cannot_be_drawn_is_left_out() -> None:
     finding = Finding("key", "title", "claim", "", "", [], [Panel("panel", "x", "y", [line])])
     (chart,) = charts_of(finding).panels
     assert [float(row["y"]) for row in rows_of(chart.specification)] == [1.0]
+
+
+def test_a_spread_without_numbers_is_no_obstacle() -> None:
+    line = Curve("one", [1.0, 2.0], [1.0, 2.0], [np.inf, np.inf])
+    panel = Panel("panel", "x", "y", [line], log_x=False, log_y=False)
+    (chart,) = charts_of(Finding("key", "title", "claim", "", "", [], [panel])).panels
+    assert [float(row["y"]) for row in rows_of(chart.specification)] == [1.0, 2.0]
 
 
 def test_a_curve_has_the_colour_of_the_drawing_in_all_panels() -> None:

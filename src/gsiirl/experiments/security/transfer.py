@@ -5,11 +5,10 @@ anew. The policy is then deployed against the true attacker of the changed netwo
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import count
 from pathlib import Path
 from typing import Any, Self
 
@@ -199,23 +198,24 @@ def _searched(world: World, weights: Sides[np.ndarray], tell: Told) -> np.ndarra
     """The upper level for n beliefs (n, m) about both rewards, on all cores: policies (n, T, S, A_l)."""
     pairs = zip(weights.learner, weights.expert, strict=True)
     believed = [Sides(jnp.asarray(dependent), jnp.asarray(expert)) for dependent, expert in pairs]
-    done = count(1)
     tell(0, len(believed))
 
     def search(each: Sides[Float[Array, " m"]]) -> np.ndarray:
         with double_precision():  # which holds for one thread
-            found = np.asarray(_committed(world, each, jax.random.key(SEARCH_KEY)))
-        tell(next(done), len(believed))
-        return found
+            return np.asarray(_committed(world, each, jax.random.key(SEARCH_KEY)))
 
     first = search(believed[0])  # alone: it compiles the program of all
+    tell(1, len(believed))
     with ThreadPoolExecutor(len(cores())) as pool:
         others = [pool.submit(search, each) for each in believed[1:]]
         try:
-            return np.stack([first, *(each.result() for each in others)])
+            for done, each in enumerate(as_completed(others), 2):
+                each.result()
+                tell(done, len(believed))
         finally:
             for each in others:
                 each.cancel()
+    return np.stack([first, *(each.result() for each in others)])
 
 
 @contextmanager

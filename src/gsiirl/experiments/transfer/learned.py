@@ -116,7 +116,7 @@ class AbstractLearned(abc.ABC):
     def judge(self, changes: list[str], models: Mapping[str, Model]) -> Callable[[str, Told], Judged]:
         """What judges learned rewards in a game after one of these changes, a row for each name in `models`.
 
-        It tells how many of its searches are done.
+        It may tell how many of its searches are done.
 
         Raises:
             InputError: a change cannot be made.

@@ -70,8 +70,9 @@ def _curves(panel: CurvePanel, table: polars.DataFrame, runs: list[Key]) -> "lis
 
     kinds = {"run": "string", "seed": "number", "iteration": "number", "value": "number"}
     rows = alt.InlineData(table.write_csv(), format=alt.CsvDataFormat(type="csv", parse=kinds))
-    iterations = list(table["iteration"])
-    ends = alt.Scale(domain=[min(iterations), max(iterations)], nice=False)
+    iterations = sorted(table["iteration"])
+    # Of what is shown alone the ends would be lost as the last run is switched off.
+    ends = alt.Scale(domain=[iterations[0], iterations[-1]], nice=False) if iterations else alt.Undefined
     iteration = alt.X("iteration:Q", title="iteration", scale=ends, axis=alt.Axis(tickMinStep=1, grid=False))
     limits = alt.Scale(domain=list(panel.limits), zero=False) if panel.limits else alt.Scale(zero=False)
     axis = alt.Axis(format=".0%") if panel.shares else alt.Axis()

@@ -83,7 +83,7 @@ def _specified(panel: PointPanel) -> str:
     shown = alt.Chart(data).transform_filter("indexof(runs, datum.run) >= 0")
     label, axis = textwrap.wrap(panel.y.label, LABEL_LETTERS), _axis(panel.y)
     # Of points alone the ends of an axis would change, or be lost, as curves are switched off.
-    scale = _scale(panel.y, [*rows["low"], *rows["high"], *([] if panel.level is None else [panel.level])])
+    scale = _scale(panel.y, [*rows["y"], *rows["low"], *rows["high"], *([] if panel.level is None else [panel.level])])
     place = alt.X("x:Q", title=panel.x.label or None, scale=_scale(panel.x, list(rows["x"])), axis=_axis(panel.x))
     height, low = (alt.Y(f"{name}:Q", title=label, scale=scale, axis=axis) for name in ("y", "low"))
     colour = alt.Color("run:N", scale=alt.Scale(domain=names, range=[each.colour for each in curves]), legend=None)
