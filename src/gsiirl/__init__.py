@@ -48,10 +48,10 @@ _MEMBERS = {
     "GSIIRL": "gsiirl.front_door.fit",
     "Problem": "gsiirl.problems.problem",
     "RespondingExpert": "gsiirl.experts.tabular_expert",
-    "Sides": "gsiirl.types",
-    "Trajectories": "gsiirl.types",
     "RewardGSIIRL": "gsiirl.learners.reward_learner",
+    "Sides": "gsiirl.types",
     "SimulatedExpert": "gsiirl.experts.tabular_expert",
+    "Trajectories": "gsiirl.types",
     "load": "gsiirl.experiments.loading",
 }
 

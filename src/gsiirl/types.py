@@ -43,9 +43,9 @@ class Trajectories(eqx.Module):
         cls, states: ArrayLike, learner: ArrayLike, expert: ArrayLike, mask: ArrayLike | None = None
     ) -> Self:
         """Episodes from arrays of NumPy, (d, T) each; without `mask` every episode lasts T steps."""
-        given = np.asarray(states)
-        over = np.ones(given.shape, bool) if mask is None else mask
-        return cls(jnp.asarray(given), Sides(jnp.asarray(learner), jnp.asarray(expert)), jnp.asarray(over))
+        visited = jnp.asarray(states)
+        lasts = jnp.ones(visited.shape, bool) if mask is None else jnp.asarray(mask)
+        return cls(visited, Sides(jnp.asarray(learner), jnp.asarray(expert)), lasts)
 
 
 class Interaction(eqx.Module):

@@ -1,5 +1,6 @@
 """Episodes of a user's own expert are refused where the game cannot have made them."""
 
+from dataclasses import replace
 from typing import Any
 
 import jax
@@ -24,6 +25,7 @@ PADDED = (
     np.broadcast_to([0.5, 0.5, 0.0], (3, 2, 2, 3)),
 )
 """Successors twice, and some of probability 0."""
+CERTAIN = replace(small_network(), success_probability=np.ones(len(small_network().edge_names)))
 
 
 def game(**settings: Any) -> TabularGame:
@@ -79,8 +81,9 @@ def test_an_episode_that_begins_at_its_end_needs_no_step() -> None:
         TabularGame.from_arrays(PADDED, initial=[1, 0, 0], horizon=2, terminal=[2]),
         AttackGraph.create(small_network(), horizon=3, learner_no_op=True, expert_no_op=True),
         AttackGraph.create(small_network(), horizon=3),
+        AttackGraph.create(CERTAIN, horizon=3),
     ],
-    ids=["dense", "sparse", "sparse with padding", "network with no-ops", "network"],
+    ids=["dense", "sparse", "sparse with padding", "network with no-ops", "network", "attacks that never fail"],
 )
 def test_what_is_possible_is_where_mass_flows(of: AbstractTabularGame) -> None:
     states, (learners, experts) = of.number_of_states, (of.number_of_actions.learner, of.number_of_actions.expert)
