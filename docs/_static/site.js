@@ -5,3 +5,4 @@ for (const part of document.querySelectorAll("aside")) part.ariaLabel = part.cla
 for (const corner of document.querySelectorAll("th:empty, th:has(> p:empty:only-child)")) corner.outerHTML = "<td></td>";
 for (const lines of document.querySelectorAll("dt dl")) // a signature of several lines is no list
   lines.outerHTML = lines.outerHTML.replace(/<(\/?)d[ld]\b/g, "<$1span").replace("<span", '<span class="signature"');
+document.getElementById("search-results")?.insertAdjacentHTML("beforebegin", "<h1>Search</h1>");
