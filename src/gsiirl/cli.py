@@ -152,7 +152,10 @@ def list_known() -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command line and return its exit status: 0, 1 for a missed bound, 2 for bad input, 130 when interrupted."""
+    """Run a command line and return its exit status.
+
+    0; 1 where every seed failed, a network cannot be run or a bound was missed; 2 for bad input; 130 when interrupted.
+    """
     keep_programs()
     silence()
     # It takes a user without a home folder for a fault, in words of its own.

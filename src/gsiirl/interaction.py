@@ -7,7 +7,7 @@ For k = 0, 1, …:
     the learner learns from what was seen                                   `AbstractLearner.update`  lines 5-15
 
 `interact` compiles the loop as one scan: runs of the command line use it. `live` makes one round at a time, for an
-expert that JAX cannot trace: a person, a simulator, a log.
+expert that JAX cannot trace: a person, a simulator.
 """
 
 import abc

@@ -49,7 +49,11 @@ class Evaluation(AbstractEvaluation):
     learning (mean), `best_played` the most that any policy played earned, `random` uniform play; `ceiling` and `floor`
     the best and the worst commitment that a search with the true reward finds; `marl` and `sharp_marl` the equilibria
     of both true rewards, with a learner as soft as the expert and one thirty times sharper. `regret` is
-    (ceiling − deployed) / (ceiling − floor).
+    (ceiling − deployed) / (ceiling − floor). All but `regret` are in units of the reward.
+
+    `undiscounted` holds `deployed`, `ceiling`, `random`, `marl`, `sharp_marl` and `played`; `ceiling_policy` is
+    (T, S, A_l). Where no played policies were kept (results that are loaded from run folders), `played` is NaN and
+    `best_played` −inf.
     """
 
     deployed: float

@@ -21,7 +21,7 @@ from gsiirl.types import Interaction, Sides, Trajectories
 class AbstractTabularExpert(AbstractExpert[None]):
     """An expert of a finite game that JAX can trace, and that remembers nothing from one interaction to the next.
 
-    Anybody else (a person, a simulator, logged data) needs only a `demonstrate` of the same form.
+    Anybody else (a person, a simulator) needs only a `demonstrate` of the same form.
     """
 
     @abc.abstractmethod
@@ -78,6 +78,7 @@ class SimulatedExpert(AbstractExpert[None]):
 
     Both sides' trajectories come from the forward model at (r^θ_l + r_li, true r_e). The learner's half of that was
     made with the true r_e, so that the learner does not know it, and must estimate what it played from what it saw.
+    `reward` is the true r_e, over (S, A_l, A_e). Only a learner that commits to a reward can meet this expert.
     """
 
     game: AbstractTabularGame

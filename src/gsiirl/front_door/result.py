@@ -45,7 +45,8 @@ class Result:
     """What one run of `GSIIRL.fit` comes out with.
 
     Attributes:
-        policy: π_l (T, S, A_l) to deploy: the commitment that is best on average over the posterior.
+        policy: π_l (T, S, A_l) to deploy: the commitment that is best on average over the posterior, or
+            under the estimate with `hand_back="estimate"`.
         expert_policy: π_e (T, S, A_e), the response to `policy` that the point estimate of the expert's reward expects.
         expert_reward: r_e by the names of its weights; `.table` (S, A_l, A_e).
         dependent_reward: r_ld fitted to the values read along what was visited.

@@ -35,7 +35,9 @@ class Bilevel(eqx.Module):
     """Both levels of one game.
 
     `own_reward` is r_li; `accessed` the values of r_ld; `dependent_reward`, `expert_reward` the parametric r_ld^θ_l and
-    r_e^θ_e; `temperature` is the expert's τ, `regularisation` is λ.
+    r_e^θ_e. The first two are payoffs over (S, A_l, A_e), such as `games.DensePayoff(array)`, in reward units;
+    `temperature` is the expert's τ > 0 in the same units, `discount` γ in (0, 1], `regularisation` λ.
+    None of them is checked.
     """
 
     game: AbstractTabularGame

@@ -152,7 +152,10 @@ class RewardGSIIRL(AbstractLearner[RewardLearnerState]):
         seed: int = 0,
         progress: bool = True,
     ) -> "RewardResult":
-        """Live with `expert` for `iterations` rounds of `trajectories` episodes, and say what was learned."""
+        """Live with `expert` for `iterations` rounds of `trajectories` episodes, with one seed; nothing is checked.
+
+        The result holds the weights of r_e (m,), of r_ld (n,) and of the commitment (n,), in reward units.
+        """
         keys = jax.random.split(jax.random.key(seed))[None]
         last = deque(live(self, expert, keys, iterations, trajectories, progress), maxlen=1)
         # Of one seed.

@@ -52,9 +52,9 @@ class ContinuousProblem:
         expert_features: m features φ of r_e = Σ_i w_i φ_i; or a reward with parameters of its own, such as
             `rewards.continuous.NetworkReward`.
         dependent_features: n features for the fit of r_ld; not needed where that is 0.
-        expert_scale: the norm of the weights w of r_e. What an expert does shows them up to a factor, so that the norm
-            is chosen, and not learned.
-        dependent_scale: bound on the norm of the weights of r_ld.
+        expert_scale: the norm of the weights w of r_e, in reward units; 1 unless given. What an expert does shows them
+            up to a factor, so that the norm is chosen, and not learned.
+        dependent_scale: bound on the norm of the weights of r_ld, in reward units; 10 unless given.
 
     Attributes:
         expert_reward: r_e^θ, which may be learned.

@@ -24,7 +24,7 @@ class Problem:
         game: the dynamics.
         own_reward: r_li, of shape (S, A_l) or (S, A_l, A_e); none is 0.
         dependent_value: r_ld (S, A_l, A_e), the part that depends on the expert; none is 0. The learner reads its
-            values, and knows nothing else of it.
+            values (with `feedback="visited"` only where it has been), and knows nothing else of it.
         discount: γ in (0, 1].
         temperature: τ > 0 of the expert's soft responses, in reward units; None where it is not known. Rewards are then
             learned in units of it.

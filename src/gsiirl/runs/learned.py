@@ -62,7 +62,10 @@ class LearnedParameters:
 
     seeds: list[int]
     arrays: dict[str, np.ndarray]
-    """Parameters in the unit ball, each of shape [seeds, features]."""
+    """Parameters in units of `scales`, each of shape [seeds, features].
+
+    Of a commitment to a policy they have no bound; of all others a vector is at most 1 long.
+    """
     scales: dict[str, float]
     """Reward units of a parameter of 1."""
     names: dict[str, list[str]]
