@@ -20,7 +20,7 @@ LAYERS = [
     {"types", "arguments"},
     {"games", "rewards"},
     {"equilibria"},
-    {"irl", "misfit", "problems"},
+    {"demonstrations", "irl", "misfit", "problems"},
     {"commitment"},
     LEARNERS,
     {"baselines", "evaluation"},

@@ -5,7 +5,6 @@ import dataclasses
 import inspect
 import operator
 import warnings
-from collections.abc import Callable
 from dataclasses import MISSING, fields
 from typing import Any
 
@@ -26,11 +25,11 @@ from small_continuous_games import (
 )
 from small_games import counted_compilations
 
-from gsiirl import GSIIRL, FitWarning, InputError
+from gsiirl import GSIIRL, FitWarning
 from gsiirl.equilibria.pathwise import Pathwise, policies_of
 from gsiirl.experiments.continuous.config import ContinuousConfig
 from gsiirl.front_door import continuous_fit as fit_module
-from gsiirl.front_door.continuous_fit import ContinuousGSIIRL, away_from_steps, checked
+from gsiirl.front_door.continuous_fit import ContinuousGSIIRL
 from gsiirl.front_door.continuous_result import ContinuousResult, ContinuousResults, LearnedTransitionReward
 from gsiirl.games.rollout import episodes_from, initial_states
 from gsiirl.interaction import Proposal
@@ -93,18 +92,6 @@ class Closed:
             self.habits = self.cat.init(jax.random.key(0), learner_policy)
         self.habits, met = self.cat.meet(self.habits, Proposal(learner_policy), number, key)
         return met.demonstrations
-
-
-def shown(number: int = 5, **changes: Any) -> Transition:
-    """Demonstrations of the game, or with other arrays."""
-    shape = (number, GAME.horizon)
-    arrays: dict[str, Any] = {
-        "robot": np.zeros(shape),
-        "cat": np.zeros(shape),
-        "action": np.zeros((*shape, 1)),
-    } | changes
-    state = LineState(arrays["robot"], arrays["cat"])
-    return Transition(state, Sides(np.zeros((*shape, 1)), arrays["action"]), state)
 
 
 # --- What comes back ---
@@ -271,109 +258,6 @@ def test_what_settling_comes_to_is_handed_back_where_there_are_steps_for_it(monk
     [(policies, under, _, steps)] = asked
     assert all(map(operator.is_, jax.tree.leaves(policies), before))
     assert (under, steps) == (rewards, 3)
-
-
-@pytest.mark.parametrize(
-    ("demonstrations", "field"),
-    [
-        ("nothing", "demonstrations"),
-        (dataclasses.replace(shown(), state=np.zeros((5, 3))), "demonstrations"),
-        (shown(number=4), "demonstrations.state.robot"),
-        (shown(cat=np.zeros((5, 2))), "demonstrations.state.cat"),
-        (shown(cat=np.full((5, 3), np.nan)), "demonstrations.state.cat"),
-        (shown(robot=np.full((5, 3), "here")), "demonstrations.state.robot"),
-        (shown(action=np.zeros((5, 3, 2))), "demonstrations.actions.expert"),
-        (shown(action=np.full((5, 3, 1), -1.5)), "demonstrations.actions.expert"),
-    ],
-)
-def test_demonstrations_that_do_not_fit_the_game_are_refused(demonstrations: Any, field: str) -> None:
-    with pytest.raises(InputError) as refused:
-        checked(demonstrations, GAME, 5)
-    assert refused.value.field == field
-    assert "\n" not in str(refused.value)
-
-
-def test_demonstrations_get_the_types_of_the_game() -> None:
-    with single_precision():
-        seen = checked(shown(cat=np.ones((5, 3), np.int64)), GAME, 5)
-    assert {leaf.dtype.name for leaf in jax.tree.leaves(seen)} == {"float32"}
-    np.testing.assert_array_equal(seen.state.cat, 1.0)
-
-
-def lived() -> Transition:
-    """Episodes that the game made: the robot goes left, the cat right, at half and at full speed."""
-    with single_precision():
-        policies = Sides(lambda seen, time: -0.5 * jnp.ones(1), lambda seen, time: jnp.ones(1))
-        return episodes_from(GAME, policies, initial_states(GAME, jax.random.key(0), 4))
-
-
-def recorded(state: LineState | None = None, actions: Any = None, following: LineState | None = None) -> Transition:
-    """What was lived, with something recorded otherwise."""
-    seen = lived()
-    return Transition(state or seen.state, actions or seen.actions, following or seen.following)
-
-
-def moved(state: LineState, by: float) -> LineState:
-    return dataclasses.replace(state, cat=state.cat + by)
-
-
-def test_episodes_that_the_game_made_are_the_games() -> None:
-    with single_precision():
-        off, _ = away_from_steps(lived(), GAME)
-    assert off < 1e-4
-
-
-@pytest.mark.parametrize(
-    ("other", "field", "said"),
-    [
-        # Learner and expert swapped.
-        (
-            lambda seen: recorded(actions=Sides(seen.actions.expert, seen.actions.learner)),
-            "demonstrations.following.",
-            "Sides(learner, expert)",
-        ),
-        # The state before, recorded once more as that after.
-        (lambda seen: recorded(following=seen.state), "demonstrations.state.", "is not where step"),
-        # Another cat: a step of the game would have taken it elsewhere.
-        (
-            lambda seen: recorded(actions=Sides(seen.actions.learner, -seen.actions.expert)),
-            "demonstrations.following.cat",
-            "away from where the game's step ends",
-        ),
-        (
-            lambda seen: recorded(state=moved(seen.state, 0.5), following=moved(seen.following, -0.5)),
-            "demonstrations.state.cat",
-            "of episode",
-        ),
-    ],
-)
-def test_episodes_that_the_game_cannot_have_made_are_refused(
-    other: Callable[[Transition], Transition], field: str, said: str
-) -> None:
-    with single_precision(), pytest.raises(InputError) as refused:
-        fit_module._own(GAME)(other(lived()), 4)
-    assert refused.value.field.startswith(field)
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-def test_episodes_of_a_world_that_is_nearly_the_game_are_learned_from_with_one_warning() -> None:
-    seen = lived()
-    slower = recorded(actions=Sides(seen.actions.learner, 0.9 * seen.actions.expert))
-    check = fit_module._own(GAME)
-    with single_precision():
-        with pytest.warns(FitWarning, match=r"following\.cat ends \d+% of what moves"):
-            check(slower, 4)
-        check(slower, 4)  # without another warning, which would be an error
-
-
-def test_a_state_that_stands_still_but_for_rounding_is_no_fault() -> None:
-    seen = lived()
-    still = Sides(jnp.zeros_like(seen.actions.learner), jnp.zeros_like(seen.actions.expert))
-    where = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf[:, :1], leaf.shape), seen.state)
-    with single_precision():
-        rounded = jax.tree.map(lambda leaf: np.nextafter(leaf, np.float32(9)), where)
-        assert away_from_steps(Transition(where, still, rounded), GAME)[0] < 1e-3
 
 
 @pytest.mark.parametrize(

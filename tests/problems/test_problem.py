@@ -22,8 +22,8 @@ from small_games import (
 )
 
 from gsiirl import GSIIRL, InputError, Problem, RespondingExpert, SimulatedExpert, load
+from gsiirl.demonstrations.finite import checked
 from gsiirl.equilibria import Logit
-from gsiirl.front_door.fit import checked
 from gsiirl.games import DensePayoff, TabularGame
 from gsiirl.rewards.linear import IndicatorFeatures, TabularFeatures
 from gsiirl.types import Sides, Trajectories
@@ -87,7 +87,7 @@ def seen(**changes: Any) -> Trajectories:
 
 
 def check(demonstrations: Any) -> object:
-    return checked(demonstrations, game(), 5)
+    return checked(demonstrations, 5, game())
 
 
 class Mute:

@@ -2,12 +2,12 @@
 
 import abc
 from collections.abc import Callable
-from typing import Any, Generic, NamedTuple, TypeVar, overload
+from typing import Generic, NamedTuple, TypeVar, overload
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Key, PRNGKeyArray
+from jaxtyping import Array, Key
 
 from gsiirl.arguments import seed_of, whole_number
 from gsiirl.errors import InputError
@@ -105,22 +105,3 @@ class AbstractGSIIRL(abc.ABC, Generic[Expert, One, Many]):
     @abc.abstractmethod
     def _together(self, results: list[One]) -> Many:
         """The results of several seeds as one."""
-
-
-class CheckedExpert:
-    """Somebody's own expert; `check(seen, number)` checks what it demonstrates.
-
-    Raises:
-        InputError: it cannot demonstrate.
-    """
-
-    def __init__(self, expert: Any, check: Callable[[Any, int], Any]) -> None:
-        if not callable(getattr(expert, "demonstrate", None)):
-            raise InputError(
-                "expert", f"{type(expert).__name__} has no demonstrate", "give it demonstrate(policy, number, key)"
-            )
-        self._expert, self._check = expert, check
-
-    def demonstrate(self, learner_policy: Any, number: int, key: PRNGKeyArray) -> Any:
-        """`number` episodes against `learner_policy`."""
-        return self._check(self._expert.demonstrate(learner_policy, number, key), number)

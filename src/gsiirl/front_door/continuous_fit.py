@@ -1,26 +1,26 @@
 """The front door of continuous games: what the learner is made of, and a run of it."""
 
 import warnings
-from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cache, partial
 from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 import optax
 import polars
 from jaxtyping import Array, Key, PRNGKeyArray, PyTree
 
 from gsiirl.arguments import positive, whole_number
+from gsiirl.demonstrations import continuous
+from gsiirl.demonstrations.own_expert import OwnExpert
 from gsiirl.equilibria.pathwise import FOLLOWING_RATE, TRAINED_RATE, Ascent, Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.true_returns import TrueReturns
 from gsiirl.experts.continuous_expert import ContinuousRespondingExpert
-from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked, CheckedExpert
+from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked
 from gsiirl.front_door.continuous_result import ContinuousResult, ContinuousResults, LearnedTransitionReward
 from gsiirl.games.base import AbstractContinuousGame
 from gsiirl.interaction import AbstractExpert, ContinuousDemonstrator, live
@@ -28,7 +28,7 @@ from gsiirl.irl.maximum_likelihood import MaximumLikelihood, constant_steps
 from gsiirl.learners.continuous_learner import ContinuousLearner, ContinuousState
 from gsiirl.problems.continuous_problem import ContinuousProblem, single_precision
 from gsiirl.rewards.continuous import TransitionReward
-from gsiirl.types import Sides, Transition
+from gsiirl.types import Sides
 
 Met = AbstractExpert[Any] | ContinuousDemonstrator
 """An expert of the library, or somebody's own."""
@@ -36,10 +36,6 @@ SMALL_GAP = 0.1
 """A gap of features, below which steps of the lower level are damped."""
 HALVED_AFTER = 8.0
 """Iterations after which the lower level's first step is halved."""
-ROUGH_STEP = 0.01
-"""A share of what moves in a step, from which on a warning says that an expert's episodes are not quite the game's."""
-OTHER_STEP = 0.5
-"""The share from which on they are not the game's at all."""
 AT_BOUND = 0.999
 """Norm of θ_l in the unit ball from which on a warning is given."""
 
@@ -232,91 +228,6 @@ def damped(first: float, halved: float) -> optax.GradientTransformation:
     return optax.adam(lambda step: first / (1.0 + step / halved), b2=0.99, eps=SMALL_GAP)
 
 
-def checked(seen: Any, game: AbstractContinuousGame[Any], number: int) -> Transition:
-    """Demonstrations of a user's own expert, with the types of the game.
-
-    Raises:
-        InputError: they do not fit the game.
-    """
-    field = "demonstrations"
-    if not isinstance(seen, Transition):
-        raise InputError(field, f"are {type(seen).__name__}", "return a gsiirl.types.Transition")
-    state = eqx.filter_eval_shape(game.reset, jax.random.key(0))
-    sizes = game.action_size
-    actions = Sides(jnp.zeros(sizes.learner, jnp.float32), jnp.zeros(sizes.expert, jnp.float32))
-    leaves, structure = jax.tree.flatten_with_path(Transition(state, actions, state))
-    if jax.tree.structure(seen) != structure:
-        raise InputError(field, "do not have the parts of the game's states and actions", "give states of the game")
-    arrays = []
-    for (path, leaf), given in zip(leaves, jax.tree.leaves(seen), strict=True):
-        array, shape, name = np.asarray(given), (number, game.horizon, *leaf.shape), field + jax.tree_util.keystr(path)
-        if array.shape != shape or array.dtype.kind not in "iufb":
-            raise InputError(name, f"is {array.dtype} of shape {array.shape}", f"give numbers of shape {shape}")
-        if not np.isfinite(array).all():
-            raise InputError(name, "is not finite", "give finite numbers")
-        if path[0] == jax.tree_util.GetAttrKey("actions") and np.abs(array).max(initial=0.0) > 1.0 + 1e-6:
-            raise InputError(name, f"holds {array.flat[np.abs(array).argmax()]:.3g}", "give actions from -1 to 1")
-        arrays.append(jnp.asarray(array, leaf.dtype))
-    return jax.tree.unflatten(structure, arrays)
-
-
-def away_from_steps(seen: Transition, game: AbstractContinuousGame[Any]) -> tuple[float, str]:
-    """How far from the game's steps those of somebody's own expert end, and which part of the state is farthest.
-
-    mean |P(s, a) − s'| / mean |s' − s|, the most of all parts of a state; at most `OTHER_STEP`.
-
-    Raises:
-        InputError: a step does not begin where the one before it ended, or the steps are not the game's.
-    """
-    most, farthest = 0.0, ""
-    expected = jax.tree.leaves(_steps(game, seen.state, seen.actions))
-    leaves, _ = jax.tree.flatten_with_path(seen.state)
-    for (path, before), after, said in zip(leaves, jax.tree.leaves(seen.following), expected, strict=True):
-        part = jax.tree_util.keystr(path)
-        before, after, said = (np.asarray(each, float) for each in (before, after, said))
-        # What does not move is the same but for rounding.
-        way = max(np.abs(after - before).mean(), np.abs(said - before).mean()) + 1e-3 * np.abs(after).mean()
-        gaps = np.abs(after[:, :-1] - before[:, 1:])
-        if gaps.max(initial=0.0) > OTHER_STEP * way:
-            episode, step = np.unravel_index(gaps.argmax(), gaps.shape)[:2]
-            problem = f"of episode {episode} at step {step + 1} is not where step {step} ended"
-            raise InputError(f"demonstrations.state{part}", problem, "record the state before and after each step")
-        off = float(np.abs(said - after).mean() / way) if way else 0.0
-        if not off <= OTHER_STEP:
-            problem = f"ends {off:.0%} of what moves in a step away from where the game's step ends"
-            mend = "record actions as Sides(learner, expert) and the state before and after them, or mend the game"
-            raise InputError(f"demonstrations.following{part}", problem, mend)
-        most, farthest = max((most, farthest), (off, part))
-    return most, farthest
-
-
-@eqx.filter_jit
-def _steps(game: AbstractContinuousGame[Any], states: PyTree, actions: Sides[Array]) -> PyTree:
-    """The states that follow (episodes, T) states."""
-    return jax.vmap(jax.vmap(game.step))(states, actions)
-
-
-def _own(game: AbstractContinuousGame[Any]) -> Callable[[Any, int], Transition]:
-    """What checks the demonstrations of a fit; it warns once."""
-    warned = False
-
-    def check(seen: Any, number: int) -> Transition:
-        nonlocal warned
-        fitting = checked(seen, game, number)
-        off, part = away_from_steps(fitting, game)
-        if off > ROUGH_STEP and not warned:
-            warned = True
-            warnings.warn(
-                f"demonstrations.following{part} ends {off:.0%} of what moves in a step away from where the game's "
-                "step ends: what is learned is as good as the game, with which the learner plans",
-                FitWarning,
-                stacklevel=2,
-            )
-        return fitting
-
-    return check
-
-
 def _met(expert: Any, game: AbstractContinuousGame[Any]) -> Any:
     """The expert that a run meets.
 
@@ -336,7 +247,7 @@ def _met(expert: Any, game: AbstractContinuousGame[Any]) -> Any:
         raise InputError(
             "expert", f"{type(expert).__name__} lives in a finite game", "use a gsiirl.ContinuousRespondingExpert"
         )
-    return CheckedExpert(expert, _own(game))
+    return OwnExpert(expert, partial(continuous.checked, game=game), partial(continuous.doubts, game=game))
 
 
 @eqx.filter_jit

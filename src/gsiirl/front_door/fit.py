@@ -13,10 +13,12 @@ from jaxtyping import Array, PyTree
 from gsiirl.arguments import signature_of
 from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
+from gsiirl.demonstrations import finite
+from gsiirl.demonstrations.own_expert import OwnExpert
 from gsiirl.errors import FitWarning, InputError
 from gsiirl.evaluation.result import LAST
 from gsiirl.experts.tabular_expert import SimulatedExpert
-from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked, CheckedExpert
+from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked
 from gsiirl.front_door.continuous_fit import ContinuousGSIIRL
 from gsiirl.front_door.result import Result, Results
 from gsiirl.games.base import AbstractTabularGame
@@ -29,7 +31,6 @@ from gsiirl.limits import remembered
 from gsiirl.problems.continuous_problem import ContinuousProblem
 from gsiirl.problems.problem import Problem
 from gsiirl.rewards.linear import Linear
-from gsiirl.types import Sides, Trajectories
 
 LowerLevel = Literal["likelihood", "matching"]
 FAR = 0.1
@@ -139,7 +140,7 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
             _check_same_game(expert, game)
             known: Any = expert
         else:
-            known = CheckedExpert(expert, lambda seen, number: checked(seen, game, number))
+            known = OwnExpert(expert, partial(finite.checked, game=game), partial(finite.doubts, game=game))
         with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
             learner, keys = jax.tree.map(jnp.asarray, self.learner(asked.iterations)), asked.keys()
             rows, played, answers, states = [], list[np.ndarray](), list[np.ndarray](), None
@@ -218,104 +219,6 @@ class GSIIRL(AbstractGSIIRL[Demonstrator, Result, Results]):
 
 
 GSIIRL.__signature__ = signature_of(GSIIRL)  # pyright: ignore[reportAttributeAccessIssue] (what a notebook shows)
-
-
-def _check_possible(
-    seen: dict[str, np.ndarray], mask: np.ndarray, states: np.ndarray, game: AbstractTabularGame
-) -> None:
-    """See that episodes begin and go on as the game allows; `states` are −1 where none was seen.
-
-    Raises:
-        InputError: one does not: something was recorded in another order, or the game is not the one that was played.
-    """
-    mend = "record the state before each step, and who did what; or mend the game"
-    begun = (states[:, 0] >= 0) & (np.asarray(game.initial)[states[:, 0]] == 0)
-    if begun.any():
-        episode = int(np.argmax(begun))
-        where = f"episode {episode} begins in state {states[episode, 0]}"
-        raise InputError("demonstrations.states", f"{where}, where the game never begins", mend)
-    episodes, steps = np.nonzero(mask[:, :-1] & (states[:, 1:] >= 0))
-    before = {name: array[episodes, steps] for name, array in seen.items()}
-    following = states[episodes, steps + 1]
-    actions = Sides(before["actions.learner"], before["actions.expert"])
-    wrong = np.flatnonzero(~game.possible(before["states"], actions, following))
-    if wrong.size:
-        first = wrong[0]
-        where = f"episode {episodes[first]} goes at step {steps[first]} from state {before['states'][first]}"
-        done = f"by learner's action {actions.learner[first]} and expert's action {actions.expert[first]}"
-        problem = f"{where} to state {following[first]} {done}, which the game never does"
-        raise InputError("demonstrations.states", problem, mend)
-
-
-def checked(seen: Any, game: AbstractTabularGame, number: int) -> Trajectories:
-    """Demonstrations of a user's own expert, with the library's types.
-
-    Raises:
-        InputError: they do not fit the game.
-    """
-    field = "demonstrations"
-    if not isinstance(seen, Trajectories):
-        raise InputError(field, f"are {type(seen).__name__}", "return gsiirl.types.Trajectories")
-    shape = (number, game.horizon)
-    limits = {
-        "states": (seen.states, game.number_of_states),
-        "actions.learner": (seen.actions.learner, game.number_of_actions.learner),
-        "actions.expert": (seen.actions.expert, game.number_of_actions.expert),
-    }
-    arrays = {}
-    for name, (values, _) in limits.items():
-        array = np.asarray(values)
-        if array.shape != shape or array.dtype.kind not in "iu":
-            raise InputError(
-                f"{field}.{name}", f"is {array.dtype} of shape {array.shape}", f"give integers of shape {shape}"
-            )
-        arrays[name] = array
-    mask = np.asarray(seen.mask)
-    if mask.shape != shape or mask.dtype != bool:
-        raise InputError(f"{field}.mask", f"is {mask.dtype} of shape {mask.shape}", f"give booleans of shape {shape}")
-    states, given = arrays["states"], mask
-    known = (states >= 0) & (states < game.number_of_states)
-    over = np.zeros(shape, bool)
-    if game.terminal is not None:
-        over = known & np.asarray(game.terminal)[np.where(known, states, 0)]
-    mask = mask & ~np.logical_or.accumulate(over, axis=1)
-    for wrong, said in (
-        (
-            ~given[:, :1] & ~(over & (np.asarray(game.initial)[np.where(known, states, 0)] > 0))[:, :1],
-            "has no first step",
-        ),
-        (given[:, 1:] & ~given[:, :-1], "goes on after a step that is masked"),
-    ):
-        if wrong.any():
-            problem = f"cannot be: episode {np.argwhere(wrong)[0][0]} {said}"
-            raise InputError(f"{field}.mask", problem, "give True up to the end of each episode, then False")
-    for name, (_, limit) in limits.items():
-        wrong = mask & ((arrays[name] < 0) | (arrays[name] >= limit))
-        if wrong.any():
-            raise InputError(
-                f"{field}.{name}", f"holds {arrays[name][wrong][0]}", f"give numbers from 0 to {limit - 1}"
-            )
-    arrays = {name: np.where(mask, array, 0) for name, array in arrays.items()}
-    for side, allowed in (("learner", game.allowed.learner), ("expert", game.allowed.expert)):
-        if allowed is None:
-            continue
-        chosen = arrays[f"actions.{side}"]
-        wrong = mask & ~np.asarray(allowed)[arrays["states"], chosen]
-        if wrong.any():
-            episode, step = np.argwhere(wrong)[0]
-            raise InputError(
-                f"{field}.actions.{side}",
-                f"is {chosen[episode, step]} in state {arrays['states'][episode, step]}, which is forbidden there",
-                f"demonstrate allowed actions, or mend {side}_actions of the game",
-            )
-    # Where an episode ends in a terminal state, that it arrives there counts, and nothing after.
-    _check_possible(arrays, mask, np.where(known & given, states, -1), game)
-    whole = {name: jnp.asarray(array, jnp.int64) for name, array in arrays.items()}
-    return Trajectories(
-        states=whole["states"],
-        actions=Sides(whole["actions.learner"], whole["actions.expert"]),
-        mask=jnp.asarray(mask),
-    )
 
 
 @jax.jit

@@ -1,0 +1,109 @@
+"""Demonstrations of a continuous game: whether they have its types, go on as it does, and the learner's policy."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, PyTree
+
+from gsiirl.errors import InputError
+from gsiirl.games.base import AbstractContinuousGame
+from gsiirl.games.rollout import Policy
+from gsiirl.types import Sides, Transition
+
+ROUGH_STEP = 0.01
+"""A share of what moves in a step, from which on a warning says that an expert's episodes are not quite the game's."""
+OTHER_STEP = 0.5
+"""The share from which on they are not the game's at all."""
+ROUGH_ACTION = 0.1
+"""How far on average, in units of the largest action, the learner may be from its policy without a warning."""
+
+
+def checked(seen: Any, number: int, game: AbstractContinuousGame[Any]) -> Transition:
+    """Demonstrations of a user's own expert, with the types of the game.
+
+    Raises:
+        InputError: they do not fit the game.
+    """
+    field = "demonstrations"
+    if not isinstance(seen, Transition):
+        raise InputError(field, f"are {type(seen).__name__}", "return a gsiirl.types.Transition")
+    state = eqx.filter_eval_shape(game.reset, jax.random.key(0))
+    sizes = game.action_size
+    actions = Sides(jnp.zeros(sizes.learner, jnp.float32), jnp.zeros(sizes.expert, jnp.float32))
+    leaves, structure = jax.tree.flatten_with_path(Transition(state, actions, state))
+    if jax.tree.structure(seen) != structure:
+        raise InputError(field, "do not have the parts of the game's states and actions", "give states of the game")
+    arrays = []
+    for (path, leaf), given in zip(leaves, jax.tree.leaves(seen), strict=True):
+        array, shape, name = np.asarray(given), (number, game.horizon, *leaf.shape), field + jax.tree_util.keystr(path)
+        if array.shape != shape or array.dtype.kind not in "iufb":
+            raise InputError(name, f"is {array.dtype} of shape {array.shape}", f"give numbers of shape {shape}")
+        if not np.isfinite(array).all():
+            raise InputError(name, "is not finite", "give finite numbers")
+        if path[0] == jax.tree_util.GetAttrKey("actions") and np.abs(array).max(initial=0.0) > 1.0 + 1e-6:
+            raise InputError(name, f"holds {array.flat[np.abs(array).argmax()]:.3g}", "give actions from -1 to 1")
+        arrays.append(jnp.asarray(array, leaf.dtype))
+    return jax.tree.unflatten(structure, arrays)
+
+
+def doubts(seen: Transition, policy: Policy, game: AbstractContinuousGame[Any]) -> str:
+    """How far the episodes are from what `policy` and the game would have made; nothing where they are near."""
+    off, part = away_from_steps(seen, game)
+    if off > ROUGH_STEP:
+        return (
+            f"demonstrations.following{part} ends {off:.0%} of what moves in a step away from where the game's step "
+            "ends: what is learned is as good as the game, with which the learner plans"
+        )
+    asked = _actions(game, policy, seen.state)
+    if (off := float(np.abs(np.asarray(seen.actions.learner) - np.asarray(asked)).mean())) > ROUGH_ACTION:
+        return (
+            f"demonstrations.actions.learner are {off:.2g} (of 1) away from those of the policy that demonstrate was "
+            "given: they are taken for answers to that policy all the same"
+        )
+    return ""
+
+
+def away_from_steps(seen: Transition, game: AbstractContinuousGame[Any]) -> tuple[float, str]:
+    """How far from the game's steps those of somebody's own expert end, and which part of the state is farthest.
+
+    mean |P(s, a) − s'| / mean |s' − s|, the most of all parts of a state; at most `OTHER_STEP`.
+
+    Raises:
+        InputError: a step does not begin where the one before it ended, or the steps are not the game's.
+    """
+    most, farthest = 0.0, ""
+    expected = jax.tree.leaves(_steps(game, seen.state, seen.actions))
+    leaves, _ = jax.tree.flatten_with_path(seen.state)
+    for (path, before), after, said in zip(leaves, jax.tree.leaves(seen.following), expected, strict=True):
+        part = jax.tree_util.keystr(path)
+        before, after, said = (np.asarray(each, float) for each in (before, after, said))
+        # What does not move is the same but for rounding.
+        way = max(np.abs(after - before).mean(), np.abs(said - before).mean()) + 1e-3 * np.abs(after).mean()
+        gaps = np.abs(after[:, :-1] - before[:, 1:])
+        if gaps.max(initial=0.0) > OTHER_STEP * way:
+            episode, step = np.unravel_index(gaps.argmax(), gaps.shape)[:2]
+            problem = f"of episode {episode} at step {step + 1} is not where step {step} ended"
+            raise InputError(f"demonstrations.state{part}", problem, "record the state before and after each step")
+        off = float(np.abs(said - after).mean() / way) if way else 0.0
+        if not off <= OTHER_STEP:
+            problem = f"ends {off:.0%} of what moves in a step away from where the game's step ends"
+            mend = "record actions as Sides(learner, expert) and the state before and after them, or mend the game"
+            raise InputError(f"demonstrations.following{part}", problem, mend)
+        most, farthest = max((most, farthest), (off, part))
+    return most, farthest
+
+
+@eqx.filter_jit
+def _steps(game: AbstractContinuousGame[Any], states: PyTree, actions: Sides[Array]) -> PyTree:
+    """The states that follow (episodes, T) states."""
+    return jax.vmap(jax.vmap(game.step))(states, actions)
+
+
+@eqx.filter_jit
+def _actions(game: AbstractContinuousGame[Any], policy: Policy, states: PyTree) -> Array:
+    """What the learner's policy does in (episodes, T) states."""
+    times = jnp.arange(game.horizon, dtype=jnp.float32) / game.horizon
+    return jax.vmap(jax.vmap(lambda state, time: policy(game.observe(state).learner, time)), (0, None))(states, times)
