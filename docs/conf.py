@@ -8,6 +8,10 @@ sys.path[:0] = [str(Path(__file__).parent / "_ext"), str(Path(__file__).parents[
 from run_pages import package_key
 
 import gsiirl
+from gsiirl.program_cache import keep_programs
+
+# Notebooks need not compile what an earlier build has compiled.
+keep_programs()
 
 project = "gsiirl"
 author = "The gsiirl authors"

@@ -34,6 +34,8 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
+from gsiirl.program_cache import keep_programs
+
 ROOT = Path(__file__).parents[1]
 FENCE = re.compile(r"^(?P<indent> *)```(?P<info>[^`\n]*)\n(?P<text>.*?)^(?P=indent)```$", re.DOTALL | re.MULTILINE)
 NUMBER = r"-?\d+(?:\.\d*)?"
@@ -219,4 +221,6 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
+    # What one page has compiled no other need compile.
+    keep_programs()
     sys.exit(main())

@@ -142,4 +142,14 @@ def test_a_state_that_stands_still_but_for_rounding_is_no_fault() -> None:
     where = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf[:, :1], leaf.shape), seen.state)
     with single_precision():
         rounded = jax.tree.map(lambda leaf: np.nextafter(leaf, np.float32(9)), where)
-        assert away_from_steps(Transition(where, still, rounded), GAME)[0] < 1e-3
+        assert not doubts(Transition(where, still, rounded), lambda seen, time: jnp.zeros(1), GAME)
+
+
+def test_far_from_the_origin_other_steps_are_doubted_all_the_same() -> None:
+    seen = lived()
+    far = [jax.tree.map(lambda leaf: leaf + 1e3, each) for each in (seen.state, seen.following)]
+    swapped = Sides(seen.actions.expert, seen.actions.learner)
+    with single_precision():
+        assert not doubts(Transition(far[0], seen.actions, far[1]), left, GAME)
+        with pytest.raises(InputError):
+            away_from_steps(Transition(far[0], swapped, far[1]), GAME)

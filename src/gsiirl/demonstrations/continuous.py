@@ -81,7 +81,7 @@ def away_from_steps(seen: Transition, game: AbstractContinuousGame[Any]) -> tupl
         part = jax.tree_util.keystr(path)
         before, after, said = (np.asarray(each, float) for each in (before, after, said))
         # What does not move is the same but for rounding.
-        way = max(np.abs(after - before).mean(), np.abs(said - before).mean()) + 1e-3 * np.abs(after).mean()
+        way = max(np.abs(after - before).mean(), np.abs(said - before).mean()) + 1e-4 * np.abs(after).mean()
         gaps = np.abs(after[:, :-1] - before[:, 1:])
         if gaps.max(initial=0.0) > OTHER_STEP * way:
             episode, step = np.unravel_index(gaps.argmax(), gaps.shape)[:2]
