@@ -145,11 +145,22 @@ def test_a_state_that_stands_still_but_for_rounding_is_no_fault() -> None:
         assert not doubts(Transition(where, still, rounded), lambda seen, time: jnp.zeros(1), GAME)
 
 
-def test_far_from_the_origin_other_steps_are_doubted_all_the_same() -> None:
+@pytest.mark.parametrize("offset", [1e3, 5e4])
+def test_far_from_the_origin_other_steps_are_refused_all_the_same(offset: float) -> None:
     seen = lived()
-    far = [jax.tree.map(lambda leaf: leaf + 1e3, each) for each in (seen.state, seen.following)]
+    far = [jax.tree.map(lambda leaf: leaf + offset, each) for each in (seen.state, seen.following)]
     swapped = Sides(seen.actions.expert, seen.actions.learner)
     with single_precision():
         assert not doubts(Transition(far[0], seen.actions, far[1]), left, GAME)
         with pytest.raises(InputError):
             away_from_steps(Transition(far[0], swapped, far[1]), GAME)
+
+
+def test_a_part_that_moves_by_rounding_alone_is_no_fault() -> None:
+    seen = lived()
+    still = Sides(seen.actions.learner, jnp.zeros_like(seen.actions.expert))
+    zero = jnp.zeros_like(seen.state.cat)
+    state = dataclasses.replace(seen.state, cat=zero)
+    noisy = dataclasses.replace(seen.following, cat=zero + 1e-9)
+    with single_precision():
+        assert not doubts(Transition(state, still, noisy), left, GAME)

@@ -11,7 +11,7 @@ from gsiirl.games.base import AbstractTabularGame
 from gsiirl.types import Sides, Trajectories
 
 CHANCE = 1e-9
-"""Of episodes that were played by the policy, the share at most that is taken for others'."""
+"""The probability, at most, that an interaction in which the learner did play the policy gives a warning."""
 
 
 def checked(seen: Any, number: int, game: AbstractTabularGame) -> Trajectories:
