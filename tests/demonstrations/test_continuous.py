@@ -133,7 +133,7 @@ def test_episodes_of_another_learners_policy_are_doubted() -> None:
     with single_precision():
         said = doubts(lived(), lambda seen, time: left(seen, time) + 0.2 + 0.1 * time, GAME)
     # 0.2 + 0.1 t/3 on average over t = 0, 1, 2.
-    assert "are 0.23 (of 1) away from those of the policy" in said
+    assert "are 0.23 on average away from those of the policy" in said
 
 
 def test_a_state_that_stands_still_but_for_rounding_is_no_fault() -> None:
@@ -164,3 +164,36 @@ def test_a_part_that_moves_by_rounding_alone_is_no_fault() -> None:
     noisy = dataclasses.replace(seen.following, cat=zero + 1e-9)
     with single_precision():
         assert not doubts(Transition(state, still, noisy), left, GAME)
+
+
+def test_a_rare_jump_that_comes_elsewhere_is_doubted_and_not_refused() -> None:
+    game, number = Line(horizon=1), 200
+    still = jnp.zeros((number, 1), jnp.float32)
+    state = LineState(still, still)
+    once = jnp.zeros((number, 1, 1), jnp.float32).at[0].set(1.0)
+    with single_precision():
+        said = doubts(
+            Transition(state, Sides(jnp.zeros_like(once), once), state), lambda seen, time: jnp.zeros(1), game
+        )
+    assert said.startswith("demonstrations.following.cat ends 100%")
+
+
+class Crowd(Line):
+    """The same, with a part of the state that is empty or a step that is not finite."""
+
+    def step(self, state: Any, actions: Sides[jax.Array]) -> Any:
+        return {"line": super().step(state["line"], actions), "others": state["others"], "odd": 0.0 / state["odd"]}
+
+
+def test_an_empty_part_is_no_fault_and_a_step_that_is_not_finite_is_the_games() -> None:
+    seen = lived()
+
+    def crowd(line: LineState, odd: float) -> dict[str, Any]:
+        shape = line.cat.shape
+        return {"line": line, "others": jnp.zeros((*shape, 0, 2)), "odd": jnp.full(shape, odd)}
+
+    near, broken = (Transition(crowd(seen.state, odd), seen.actions, crowd(seen.following, 0.0)) for odd in (1e-9, 0.0))
+    with single_precision():
+        assert away_from_steps(near, Crowd())[0] < 1e-3
+        with pytest.raises(InputError, match="has a step that is not finite"):
+            away_from_steps(broken, Crowd())

@@ -60,8 +60,8 @@ def doubts(seen: Transition, policy: Policy, game: AbstractContinuousGame[Any]) 
     asked = _actions(game, policy, seen.state)
     if (off := float(np.abs(np.asarray(seen.actions.learner) - np.asarray(asked)).mean())) > ROUGH_ACTION:
         return (
-            f"demonstrations.actions.learner are {off:.2g} (of 1) away from those of the policy that demonstrate was "
-            "given: they are taken for answers to that policy all the same"
+            f"demonstrations.actions.learner are {off:.2g} on average away from those of the policy that demonstrate "
+            "was given: they are taken for answers to that policy all the same"
         )
     return ""
 
@@ -74,31 +74,29 @@ def away_from_steps(seen: Transition, game: AbstractContinuousGame[Any]) -> tupl
     Raises:
         InputError: a step does not begin where the one before it ended, or the steps are not the game's.
     """
-    most, farthest = 0.0, ""
+    leaves, _ = jax.tree.flatten_with_path(seen.state)
     expected = jax.tree.leaves(_steps(game, seen.state, seen.actions))
-    paths = [jax.tree_util.keystr(path) for path, _ in jax.tree.flatten_with_path(seen.state)[0]]
-    given = zip(jax.tree.leaves(seen.state), jax.tree.leaves(seen.following), expected, strict=True)
-    parts = {
-        path: tuple(np.asarray(each, float) for each in arrays)
-        for path, arrays in zip(paths, given, strict=True)
-        if np.size(arrays[0])
-    }
-    ways = {
-        path: max(np.abs(after - before).mean(), np.abs(said - before).mean())
-        for path, (before, after, said) in parts.items()
-    }
-    for path, (before, after, said) in parts.items():
+    parts: list[tuple[str, list[np.ndarray]]] = [
+        (jax.tree_util.keystr(path), [np.asarray(each, float) for each in (before, after, said)])
+        for (path, before), after, said in zip(leaves, jax.tree.leaves(seen.following), expected, strict=True)
+        if np.size(before)
+    ]
+    if not all(np.isfinite(said).all() for _, (_, _, said) in parts):
+        raise InputError("game", "has a step that is not finite, from a state of demonstrations", "mend its step")
+    ways = [max(np.abs(after - before).mean(), np.abs(said - before).mean()) for _, (before, after, said) in parts]
+    most, farthest = 0.0, ""
+    for (path, (before, after, said)), way in zip(parts, ways, strict=True):
         # Rounding in single precision, and what is nothing beside the part that moves most.
-        slack = 4e-7 * np.abs(after).mean() + 1e-6 * max(ways.values())
+        slack = 4e-7 * np.abs(after).mean() + 1e-6 * max(ways)
         gaps = np.abs(after[:, :-1] - before[:, 1:])
-        if gaps.max(initial=0.0) > OTHER_STEP * ways[path] + slack:
+        if gaps.max(initial=0.0) > OTHER_STEP * way + slack:
             episode, step = np.unravel_index(gaps.argmax(), gaps.shape)[:2]
             problem = f"of episode {episode} at step {step + 1} is not where step {step} ended"
             raise InputError(f"demonstrations.state{path}", problem, "record the state before and after each step")
         missed = np.abs(said - after)
-        off = float(max(missed.mean() - slack, 0.0) / ways[path]) if ways[path] else 0.0
+        off = float(max(missed.mean() - slack, 0.0) / way) if way else 0.0
         # A part that seldom jumps may jump a step early in a world that is nearly the game.
-        often = (missed > OTHER_STEP * ways[path] + slack).mean()
+        often = (missed > OTHER_STEP * way + slack).mean()
         if not off <= OTHER_STEP and not often <= ROUGH_STEP:
             problem = f"ends {off:.0%} of what moves in a step away from where the game's step ends"
             mend = "record actions as Sides(learner, expert) and the state before and after them, or mend the game"
