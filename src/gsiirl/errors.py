@@ -1,5 +1,11 @@
 """The one error a user meets for bad input, and the warnings."""
 
+import sys
+import traceback
+import warnings
+
+INSIDE = {"gsiirl", "equinox", "jax", "jaxtyping", "beartype"}
+"""Where a call is still inside the library."""
 LONGEST = 400
 """Characters of each of the three parts of an error that are shown."""
 
@@ -43,3 +49,13 @@ class FitWarning(UserWarning):
 
 class NetworkWarning(InputWarning):
     """A network was read otherwise than its file may seem to say; the message says what was made of it."""
+
+
+def warn(message: str, category: type[Warning]) -> None:
+    """Warn, and name the line of the user's program that called the library.
+
+    Python shows a warning once for every line: a warning at a line of the library would hide all later ones.
+    """
+    levels = enumerate(traceback.walk_stack(sys._getframe()), start=1)
+    modules = ((level, frame.f_globals.get("__name__", "").partition(".")[0]) for level, (frame, _) in levels)
+    warnings.warn(message, category, stacklevel=next((level for level, name in modules if name not in INSIDE), 1))

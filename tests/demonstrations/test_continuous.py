@@ -120,20 +120,25 @@ def test_episodes_that_the_game_cannot_have_made_are_refused(
     assert "\n" not in str(refused.value)
 
 
-def test_episodes_of_a_world_that_is_nearly_the_game_are_doubted() -> None:
+@pytest.mark.parametrize(("slower", "said"), [((1.0, 0.9), r"cat ends 1\d%"), ((0.9, 1.0), r"robot ends 1\d%")])
+def test_episodes_of_a_world_that_is_nearly_the_game_are_doubted(slower: tuple[float, float], said: str) -> None:
     seen = lived()
-    slower = recorded(actions=Sides(seen.actions.learner, 0.9 * seen.actions.expert))
+    learner, expert = slower
+    noted = recorded(actions=Sides(learner * seen.actions.learner, expert * seen.actions.expert))
     with single_precision():
-        said = doubts(slower, left, GAME)
+        doubt = doubts(noted, left, GAME)
         assert not doubts(seen, left, GAME)
-    assert re.match(r"demonstrations\.following\.cat ends 1\d% of what moves", said)
+    assert list(doubt) == ["following"]
+    assert re.match(rf"demonstrations\.following\.{said} of what moves", doubt["following"])
 
 
 def test_episodes_of_another_learners_policy_are_doubted() -> None:
     with single_precision():
         said = doubts(lived(), lambda seen, time: left(seen, time) + 0.2 + 0.1 * time, GAME)
     # 0.2 + 0.1 t/3 on average over t = 0, 1, 2.
-    assert "are 0.23 on average away from those of the policy" in said
+    assert said["learner"].startswith(
+        "demonstrations.actions.learner are 0.23 on average away from those of the policy"
+    )
 
 
 def test_a_state_that_stands_still_but_for_rounding_is_no_fault() -> None:
@@ -175,7 +180,7 @@ def test_a_rare_jump_that_comes_elsewhere_is_doubted_and_not_refused() -> None:
         said = doubts(
             Transition(state, Sides(jnp.zeros_like(once), once), state), lambda seen, time: jnp.zeros(1), game
         )
-    assert said.startswith("demonstrations.following.cat ends 100%")
+    assert said["following"].startswith("demonstrations.following.cat ends 100%")
 
 
 class Crowd(Line):
@@ -197,3 +202,30 @@ def test_an_empty_part_is_no_fault_and_a_step_that_is_not_finite_is_the_games() 
         assert away_from_steps(near, Crowd())[0] < 1e-3
         with pytest.raises(InputError, match="has a step that is not finite"):
             away_from_steps(broken, Crowd())
+
+
+class Car(Line):
+    """Both in one array, as many games have it; the cat goes a hundredth as far. Then a count and a flag."""
+
+    def step(self, state: Any, actions: Sides[jax.Array]) -> Any:
+        way = jnp.stack([0.3 * actions.learner[0], 0.003 * actions.expert[0]])
+        return {"where": state["where"] + way, "count": state["count"] + 1, "late": state["count"] >= 1}
+
+
+def driven(game: Car, learner: jax.Array, expert: jax.Array) -> Transition:
+    """Episodes of the game, from 0; actions (episodes, T, 1)."""
+    way = np.concatenate([0.3 * learner, 0.003 * expert], axis=-1)
+    count = np.broadcast_to(np.arange(game.horizon), way.shape[:2])
+    where = np.cumsum(way, axis=1)
+    before = {"where": where - way, "count": count, "late": count >= 2}
+    return Transition(before, Sides(learner, expert), {"where": where, "count": count + 1, "late": count >= 1})
+
+
+@pytest.mark.parametrize("horizon", [1, 3])
+def test_each_number_of_an_array_is_measured_by_how_far_it_moves(horizon: int) -> None:
+    game, ones = Car(horizon=horizon), jnp.ones((5, horizon, 1), jnp.float32)
+    with single_precision():
+        assert away_from_steps(driven(game, -0.5 * ones, ones), game)[0] < 1e-4
+        turned = dataclasses.replace(driven(game, -0.5 * ones, ones), actions=Sides(-0.5 * ones, -ones))
+        with pytest.raises(InputError, match=r"demonstrations\.following\['where'\]\[1\]: ends 200%"):
+            away_from_steps(turned, game)

@@ -140,7 +140,7 @@ def test_episodes_of_the_policy_itself_are_not_doubted(sharp: float) -> None:
 @pytest.mark.parametrize(("asked", "played"), [(0.0, 5.0), (5.0, 0.0), (5.0, 5.0)])
 def test_episodes_of_another_policy_are_doubted(asked: float, played: float) -> None:
     said = doubts(played_by(policy_of(1, played), 100), policy_of(2, asked), TURNS)
-    assert said.startswith("demonstrations.actions.learner are not drawn from the policy")
+    assert said["learner"].startswith("demonstrations.actions.learner are not drawn from the policy")
 
 
 def test_an_action_that_the_policy_never_takes_is_doubted() -> None:

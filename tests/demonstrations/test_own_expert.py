@@ -19,25 +19,23 @@ class Shows:
         return learner_policy, number
 
 
-def test_what_is_shown_is_checked_and_doubted_once() -> None:
+def test_what_is_shown_is_checked_and_each_kind_of_doubt_said_once() -> None:
     asked = []
     own = OwnExpert(
         Shows(),
         lambda seen, number: ("checked", *seen, number),
-        lambda seen, policy: asked.append((seen, policy)) or ("odd" if policy == "b" else ""),
+        lambda seen, policy: asked.append((seen, policy)) or {kind: f"{kind} is odd" for kind in policy},
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert own.demonstrate("a", 3, KEY) == ("checked", "a", 3, 3)
-    with pytest.warns(FitWarning, match="odd"):
-        own.demonstrate("b", 3, KEY)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        own.demonstrate("b", 3, KEY)
-    assert asked[1] == (("checked", "b", 3, 3), "b")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        for policy in ("", "a", "ab", "ab"):
+            assert own.demonstrate(policy, 3, KEY) == ("checked", policy, 3, 3)
+    assert [str(each.message) for each in said] == ["a is odd", "b is odd"]
+    assert {each.category for each in said} == {FitWarning}
+    assert asked[1] == (("checked", "a", 3, 3), "a")
 
 
 def test_who_cannot_demonstrate_is_refused() -> None:
     with pytest.raises(InputError) as refused:
-        OwnExpert(object(), lambda seen, number: seen, lambda seen, policy: "")
+        OwnExpert(object(), lambda seen, number: seen, lambda seen, policy: {})
     assert refused.value.field == "expert"

@@ -94,6 +94,25 @@ class Closed:
         return met.demonstrations
 
 
+@pytest.mark.slow
+def test_what_an_own_expert_shows_of_another_world_and_policy_gives_a_warning_each() -> None:
+    class Slower(Habitual):
+        """Takes a tenth less than a full step, while the robot does as it likes."""
+
+        def demonstrate(self, learner_policy: Any, number: int, key: Any) -> Transition:
+            seen = super().demonstrate(lambda seen, time: jnp.full(1, 0.7), number, key)
+            return dataclasses.replace(seen, actions=Sides(seen.actions.learner, 0.9 * seen.actions.expert))
+
+    with pytest.warns(FitWarning) as said:
+        fit(Slower())
+    doubts = [each for each in said if "demonstrations" in str(each.message)]
+    assert [str(each.message).split()[0] for each in doubts] == [
+        "demonstrations.following.cat",
+        "demonstrations.actions.learner",
+    ]
+    assert {each.filename for each in doubts} == {__file__}
+
+
 # --- What comes back ---
 
 

@@ -249,6 +249,22 @@ def test_what_is_shown_after_an_episodes_end_does_not_count(recording: tuple[Pat
 
 
 @pytest.mark.slow
+def test_episodes_of_another_policy_are_learned_from_with_one_warning() -> None:
+    class Elsewhere(Recorder):
+        """Meets a learner that takes the first action it may."""
+
+        def demonstrate(self, policy: Any, number: int, key: Any) -> Trajectories:
+            first = jax.nn.one_hot(LEARNER_ACTIONS.argmax(axis=1), LEARNER)
+            return super().demonstrate(jnp.broadcast_to(first, policy.shape), number, key)
+
+    with pytest.warns(FitWarning) as said:
+        fit(expert=Elsewhere(expert_of(GAME)))
+    (doubt,) = (each for each in said if "demonstrations" in str(each.message))
+    assert str(doubt.message).startswith("demonstrations.actions.learner are not drawn from the policy")
+    assert doubt.filename == __file__
+
+
+@pytest.mark.slow
 def test_a_forbidden_action_that_is_demonstrated_is_refused(recording: tuple[Path, Result], tmp_path: Path) -> None:
     arrays = dict(np.load(recording[0]))
     arrays["expert"] = np.where(arrays["states"] == 0, EXPERT - 1, arrays["expert"])

@@ -49,60 +49,76 @@ def checked(seen: Any, number: int, game: AbstractContinuousGame[Any]) -> Transi
     return jax.tree.unflatten(structure, arrays)
 
 
-def doubts(seen: Transition, policy: Policy, game: AbstractContinuousGame[Any]) -> str:
-    """How far the episodes are from what `policy` and the game would have made; nothing where they are near."""
-    off, part = away_from_steps(seen, game)
+def doubts(seen: Transition, policy: Policy, game: AbstractContinuousGame[Any]) -> dict[str, str]:
+    """What is odd, in a line for each kind: episodes that are not near what the game and `policy` would have made."""
+    said = {}
+    off, entry = away_from_steps(seen, game)
     if off > ROUGH_STEP:
-        return (
-            f"demonstrations.following{part} ends {off:.0%} of what moves in a step away from where the game's step "
-            "ends: what is learned is as good as the game, with which the learner plans"
+        said["following"] = (
+            f"demonstrations.following{entry} ends {off:.0%} of what moves in a step away from where the game's step "
+            "ends: the learner plans in the game, so that what it learns is only as good as the game; mend its step, "
+            "or the states that are recorded"
         )
     asked = _actions(game, policy, seen.state)
     if (off := float(np.abs(np.asarray(seen.actions.learner) - np.asarray(asked)).mean())) > ROUGH_ACTION:
-        return (
+        said["learner"] = (
             f"demonstrations.actions.learner are {off:.2g} on average away from those of the policy that demonstrate "
-            "was given: they are taken for answers to that policy all the same"
+            "was given: what the expert did is learned from as its answer to that policy all the same; play that "
+            "policy, or record what was really done"
         )
-    return ""
+    return said
 
 
 def away_from_steps(seen: Transition, game: AbstractContinuousGame[Any]) -> tuple[float, str]:
-    """How far from the game's steps those of somebody's own expert end, and which part of the state is farthest.
+    """How far from the game's steps those of somebody's own expert end, and which entry of the state is farthest.
 
-    mean |P(s, a) − s'| / mean |s' − s|, the most of all parts of a state.
+    mean |P(s, a) − s'| / mean |s' − s|, the most of all entries of a state.
 
     Raises:
         InputError: a step does not begin where the one before it ended, or the steps are not the game's.
     """
-    leaves, _ = jax.tree.flatten_with_path(seen.state)
-    expected = jax.tree.leaves(_steps(game, seen.state, seen.actions))
-    parts: list[tuple[str, list[np.ndarray]]] = [
-        (jax.tree_util.keystr(path), [np.asarray(each, float) for each in (before, after, said)])
-        for (path, before), after, said in zip(leaves, jax.tree.leaves(seen.following), expected, strict=True)
-        if np.size(before)
-    ]
-    if not all(np.isfinite(said).all() for _, (_, _, said) in parts):
+    entries = _entries(seen, _steps(game, seen.state, seen.actions))
+    if not all(np.isfinite(said).all() for _, _, said, _ in entries.values()):
         raise InputError("game", "has a step that is not finite, from a state of demonstrations", "mend its step")
-    ways = [max(np.abs(after - before).mean(), np.abs(said - before).mean()) for _, (before, after, said) in parts]
+    ways = [
+        max(np.abs(after - before).mean(), np.abs(said - before).mean()) for before, after, said, _ in entries.values()
+    ]
     most, farthest = 0.0, ""
-    for (path, (before, after, said)), way in zip(parts, ways, strict=True):
-        # Rounding in single precision, and what is nothing beside the part that moves most.
-        slack = 4e-7 * np.abs(after).mean() + 1e-6 * max(ways)
+    for (entry, (before, after, said, rounding)), way in zip(entries.items(), ways, strict=True):
+        # What is nothing beside the entry that moves most does not count either.
+        slack = rounding + 1e-6 * max(ways)
         gaps = np.abs(after[:, :-1] - before[:, 1:])
         if gaps.max(initial=0.0) > OTHER_STEP * way + slack:
-            episode, step = np.unravel_index(gaps.argmax(), gaps.shape)[:2]
+            episode, step = np.unravel_index(gaps.argmax(), gaps.shape)
             problem = f"of episode {episode} at step {step + 1} is not where step {step} ended"
-            raise InputError(f"demonstrations.state{path}", problem, "record the state before and after each step")
+            raise InputError(f"demonstrations.state{entry}", problem, "record the state before and after each step")
         missed = np.abs(said - after)
         off = float(max(missed.mean() - slack, 0.0) / way) if way else 0.0
-        # A part that seldom jumps may jump a step early in a world that is nearly the game.
+        # An entry that seldom jumps may jump a step early in a world that is nearly the game.
         often = (missed > OTHER_STEP * way + slack).mean()
         if not off <= OTHER_STEP and not often <= ROUGH_STEP:
             problem = f"ends {off:.0%} of what moves in a step away from where the game's step ends"
             mend = "record actions as Sides(learner, expert) and the state before and after them, or mend the game"
-            raise InputError(f"demonstrations.following{path}", problem, mend)
-        most, farthest = max((most, farthest), (off, path))
+            raise InputError(f"demonstrations.following{entry}", problem, mend)
+        most, farthest = max((most, farthest), (off, entry))
     return most, farthest
+
+
+def _entries(seen: Transition, expected: PyTree) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
+    """For each number of a state, by its name: before and after the steps and after those of the game, (episodes, T).
+
+    Then what rounding in single precision does to the array that it is in. The numbers of an array have a name each, as
+    their units may differ: (x, y, speed).
+    """
+    entries = {}
+    leaves, _ = jax.tree.flatten_with_path(seen.state)
+    for (path, before), *others in zip(leaves, jax.tree.leaves(seen.following), jax.tree.leaves(expected), strict=True):
+        before, after, said = (np.asarray(each, float) for each in (before, *others))
+        rounding = 4e-7 * np.abs(after).mean(axis=(0, 1)).max(initial=0.0)
+        for place in np.ndindex(*after.shape[2:]):
+            name, at = jax.tree_util.keystr(path) + (str(list(place)) if place else ""), (..., *place)
+            entries[name] = before[at], after[at], said[at], rounding
+    return entries
 
 
 @eqx.filter_jit

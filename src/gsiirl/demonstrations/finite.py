@@ -4,6 +4,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 from scipy.special import gammaln
 
 from gsiirl.errors import InputError
@@ -112,23 +113,27 @@ def _check_possible(
         raise InputError("demonstrations.states", problem, mend)
 
 
-def doubts(seen: Trajectories, policy: np.ndarray, game: AbstractTabularGame) -> str:
-    """Whether the learner's actions are drawn from `policy` (T, S, A_l); nothing where they may be."""
+def doubts(seen: Trajectories, policy: Array | np.ndarray, game: AbstractTabularGame) -> dict[str, str]:
+    """What is odd, in a line for each kind: learner's actions that are not drawn from `policy` (T, S, A_l)."""
     if evidence(seen, policy, game) < -np.log(CHANCE):
-        return ""
-    return (
-        "demonstrations.actions.learner are not drawn from the policy that demonstrate was given (if they were, this "
-        f"would happen once in {1 / CHANCE:.0e} times): they are taken for answers to that policy all the same; play "
-        "it, or give what others played by hand"
-    )
+        return {}
+    return {
+        "learner": (
+            "demonstrations.actions.learner are not drawn from the policy that demonstrate was given (by chance an "
+            f"interaction looks so at most once in {1 / CHANCE:,.0f}): what the expert did is learned from as its "
+            "answer to that policy all the same; draw the learner's actions from it, or give other episodes by hand, "
+            "with the policies that were played"
+        )
+    }
 
 
-def evidence(seen: Trajectories, policy: np.ndarray, game: AbstractTabularGame) -> float:
+def evidence(seen: Trajectories, policy: Array | np.ndarray, game: AbstractTabularGame) -> float:
     """log of an e-value against the claim that the learner's actions are drawn from `policy` (T, S, A_l).
 
     log [½ Π q(a|t, s) + ½ K(a)] − log Π π(a|t, s), over all steps that count. q is half of π and half uniform; K is the
     Krichevsky-Trofimov mixture of all policies that look at the state alone. Both are distributions of the actions,
-    whatever states come, so that P(evidence ≥ x) ≤ e^(−x) where π was played (Markov's inequality).
+    whatever states come, so that P(evidence ≥ x) ≤ e^(−x) where π was played (Markov's inequality). Each action must be
+    a new draw from π: copies of one episode count as evidence against it.
     """
     mask = np.asarray(seen.mask)
     states, actions = (np.asarray(array)[mask] for array in (seen.states, seen.actions.learner))

@@ -1,6 +1,5 @@
 """The front door of continuous games: what the learner is made of, and a run of it."""
 
-import warnings
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cache, partial
 from typing import Any
@@ -17,7 +16,7 @@ from gsiirl.demonstrations import continuous
 from gsiirl.demonstrations.own_expert import OwnExpert
 from gsiirl.equilibria.pathwise import FOLLOWING_RATE, TRAINED_RATE, Ascent, Pathwise, policies_of
 from gsiirl.equilibria.policy_network import PolicyNetwork
-from gsiirl.errors import FitWarning, InputError
+from gsiirl.errors import FitWarning, InputError, warn
 from gsiirl.evaluation.true_returns import TrueReturns
 from gsiirl.experts.continuous_expert import ContinuousRespondingExpert
 from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked
@@ -286,15 +285,13 @@ def _at(place: int, tree: PyTree) -> Any:
 def _warn(result: ContinuousResult) -> None:
     leaves = jax.tree.leaves((result.policy, result.expert_reward.parameters, result.dependent_reward.parameters))
     if not all(np.isfinite(np.asarray(leaf)).all() for leaf in leaves):
-        warnings.warn(
+        warn(
             f"seed {result.seed}: what was learned is not finite: the dynamics, a reward or a feature has no finite "
             "derivative somewhere; a smooth one, or a smaller learning_rate, helps",
             FitWarning,
-            stacklevel=4,
         )
     if np.linalg.norm(result.dependent_reward.parameters) > AT_BOUND:
-        warnings.warn(
+        warn(
             f"seed {result.seed}: the weights of r_ld are at their bound; a larger dependent_scale helps",
             FitWarning,
-            stacklevel=4,
         )

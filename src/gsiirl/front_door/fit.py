@@ -1,6 +1,5 @@
 """The front door: a problem, an expert, and what comes of living with it."""
 
-import warnings
 from functools import partial
 from typing import Any, Literal, Self, overload
 
@@ -15,7 +14,7 @@ from gsiirl.commitment.objective import Commitment
 from gsiirl.compilation import QUICKLY
 from gsiirl.demonstrations import finite
 from gsiirl.demonstrations.own_expert import OwnExpert
-from gsiirl.errors import FitWarning, InputError
+from gsiirl.errors import FitWarning, InputError, warn
 from gsiirl.evaluation.result import LAST
 from gsiirl.experts.tabular_expert import SimulatedExpert
 from gsiirl.front_door.abstract_fit import AbstractGSIIRL, Asked
@@ -265,27 +264,24 @@ def _history(rows: list[dict[str, np.floating]], trajectories: int) -> polars.Da
 def _warn(result: Result, draws: int) -> None:
     last = result.history.row(-1, named=True)
     if not last.get("fit_decrement", 0.0) <= FAR:  # not even a number, perhaps
-        warnings.warn(
+        warn(
             f"seed {result.seed}: the estimate of the expert's reward has not converged "
             f"(it is {last['fit_decrement']:.1e} standard deviations from the maximum); more iterations help",
             FitWarning,
-            stacklevel=4,
         )
     if draws and result.effective_draws < 0.1 * draws and not result.sampled:
-        warnings.warn(
+        warn(
             f"seed {result.seed}: the posterior is far from Gaussian ({result.effective_draws:.1f} of {draws} draws "
             "count), so that the average the policy was chosen by is rough; more trajectories help",
             FitWarning,
-            stacklevel=4,
         )
     lost = result.history["played_loss"][-LAST:].mean() if "played_loss" in result.history.columns else 0.0
     if result.history.height >= 2 * LAST and lost > UNSURE * _largest_difference(result.problem):  # pyright: ignore[reportOperatorIssue, reportOptionalOperand]
-        warnings.warn(
+        warn(
             f"seed {result.seed}: in the last {LAST} iterations the policies that were played are expected to earn "
             f"{lost:.2g} less than the best one found (`played_loss`): too little is known of the expert's reward yet; "
             "more iterations or trajectories help",
             FitWarning,
-            stacklevel=4,
         )
 
 

@@ -1,6 +1,5 @@
 """An attack network from a plain topology: who is next to whom, and what each host is vulnerable to."""
 
-import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gsiirl.errors import InputError, NetworkWarning
+from gsiirl.errors import InputError, NetworkWarning, warn
 from gsiirl.scenarios.file_content import FileContent, Numbered, names_of, numbered_of, some, some_names
 from gsiirl.scenarios.network import OUTSIDE, AttackNetwork, shown
 from gsiirl.scenarios.network_file import named, read_content
@@ -54,7 +53,7 @@ def build_network(topology: Path, vulnerabilities: Path, footholds: Sequence[str
     notes: list[str] = []
     built = _built(topology, vulnerabilities, footholds, rule, notes)
     for note in notes:
-        warnings.warn(note, NetworkWarning, stacklevel=2)
+        warn(note, NetworkWarning)
     return built
 
 

@@ -1,7 +1,6 @@
 """Attack networks from scenarios in the YAML format of NASim, the Network Attack Simulator (docs/scenarios.md)."""
 
 import re
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,7 +9,7 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from gsiirl.errors import InputError, NetworkWarning, printable
+from gsiirl.errors import InputError, NetworkWarning, printable, warn
 from gsiirl.scenarios.network import MAXIMUM_NODES, OUTSIDE, AttackNetwork, Variant
 
 INTERNET = (0, 0)
@@ -111,9 +110,7 @@ def read_nasim(path: Path, variant: Variant = "general_sum") -> AttackNetwork:
     parts = [scenario, *scenario.exploits.values(), *scenario.host_configurations.values()]
     if others := sorted({str(name) for part in parts for name in part.model_extra or ()}):
         listed = ", ".join(_shown(name) for name in others[:5]) + (", ..." if len(others) > 5 else "")
-        warnings.warn(
-            NetworkWarning(f"{path}: NASim's format has no {listed}; what they say is not looked at"), stacklevel=2
-        )
+        warn(f"{path}: NASim's format has no {listed}; what they say is not looked at", NetworkWarning)
     return network
 
 

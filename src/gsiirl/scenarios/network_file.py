@@ -1,12 +1,11 @@
 """Attack networks from a user's own file: GraphML or JSON (docs/scenarios.md has both formats)."""
 
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from gsiirl.errors import InputError, NetworkWarning
+from gsiirl.errors import InputError, NetworkWarning, warn
 from gsiirl.scenarios.file_content import FileContent, network_of
 from gsiirl.scenarios.graphml_file import read_graphml
 from gsiirl.scenarios.json_file import read_json
@@ -71,4 +70,4 @@ def named(path: Path) -> Iterator[None]:
 
 
 def _say(path: Path, note: str) -> None:
-    warnings.warn(f"{path}: {note}", NetworkWarning, stacklevel=4)
+    warn(f"{path}: {note}", NetworkWarning)

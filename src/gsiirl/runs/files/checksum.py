@@ -7,12 +7,11 @@ that name it: `summary.json` lists the files of a finished run, and chunks are n
 """
 
 import re
-import warnings
 from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 
-from gsiirl.errors import InputError, InputWarning
+from gsiirl.errors import InputError, InputWarning, warn
 
 NAME = "checksum"
 """The key under which JSON and the metadata of safetensors and Parquet hold it, before any text of a user's."""
@@ -61,5 +60,5 @@ def carries_checksum(content: Mapping[str, object], folder: Path) -> bool:
     """Whether what was read from the JSON of a folder carries a checksum; an `InputWarning` says so if it does not."""
     if NAME not in content:
         told = f"{folder} was written before files carried checksums: damage to it may go unseen"
-        warnings.warn(told, InputWarning, stacklevel=2)
+        warn(told, InputWarning)
     return NAME in content
