@@ -92,10 +92,6 @@ def test_curves_of_one_name_are_one_switch_for_all_panels() -> None:
     assert ([each.label for each in found.runs], found.seeds) == (["one", "other"], [])
 
 
-def test_a_curves_name_cannot_end_the_script_that_holds_it() -> None:
-    assert not any("<" in each.specification for each in made(panel(curve("</script>", [1.0, 2.0]))).panels)
-
-
 def test_a_panel_without_points_leaves_the_drawing_in_its_place() -> None:
     assert point_charts([panel(curve("one", [1.0])), panel(curve("none", []))]) is None
     assert point_charts([]) is None

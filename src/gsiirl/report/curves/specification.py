@@ -22,7 +22,7 @@ def specification(layers: "list[altair.Chart]", **parameters: list) -> str:
         .configure_axis(labelFontSize=12, titleFontSize=12, titleFontWeight="normal", gridColor="#e2e8f0")
         .configure_view(stroke=None)
     )
-    return json.dumps(chart.to_dict()).replace("<", "\\u003c")
+    return json.dumps(chart.to_dict())
 
 
 def nearest_mark(chart: "altair.Chart", told: str, *encodings: object) -> "altair.Chart":

@@ -6,7 +6,7 @@ for (const charts of document.querySelectorAll(".charts")) {
   const chosen = (name) => [...charts.querySelectorAll(`[name=${name}]:checked`)].map(({ value }) => (name === "seed" ? Number(value) : value));
   charts.hidden = false;
   const panels = [...charts.querySelectorAll(".chart")];
-  Promise.all(panels.map((panel) => vegaEmbed(panel, JSON.parse(panel.previousElementSibling.textContent), { actions: false, renderer: "svg", tooltip: { theme } })))
+  Promise.all(panels.map(async (panel) => vegaEmbed(panel, JSON.parse(await unpacked(panel.previousElementSibling.textContent)), { actions: false, renderer: "svg", tooltip: { theme } })))
     .then((shown) => {
       drawing.hidden = true;
       // The chart has a name as a whole; Vega's names of its parts would be read one by one.
