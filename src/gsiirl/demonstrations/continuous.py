@@ -83,10 +83,11 @@ def away_from_steps(seen: Transition, game: AbstractContinuousGame[Any]) -> tupl
     ways = [
         max(np.abs(after - before).mean(), np.abs(said - before).mean()) for before, after, said, _ in entries.values()
     ]
+    # What is nothing beside the entry that moves most does not count, nor does rounding.
+    nothing = 1e-6 * max(ways, default=0.0)
     most, farthest = 0.0, ""
     for (entry, (before, after, said, rounding)), way in zip(entries.items(), ways, strict=True):
-        # What is nothing beside the entry that moves most does not count either.
-        slack = rounding + 1e-6 * max(ways)
+        slack = rounding + nothing
         gaps = np.abs(after[:, :-1] - before[:, 1:])
         if gaps.max(initial=0.0) > OTHER_STEP * way + slack:
             episode, step = np.unravel_index(gaps.argmax(), gaps.shape)
