@@ -16,7 +16,7 @@ def made_up_run(
     path: Path, algorithm: str, deployed: list[float], experiment: str = "security", first_seed: int = 0, **metrics: Any
 ) -> Path:
     """A run of one iteration that ends at `deployed`, one return a seed, and at other `metrics`."""
-    game = {"name": "g", "variant": metrics.pop("variant", "")}
+    game = {"name": "g", "variant": metrics.pop("variant", "")} | metrics.pop("game", {})
     config = {"experiment": experiment, "algorithm": algorithm, **metrics.pop("config", {})}
     run = RunFolder.create(path, config, game)
     ones = np.ones(len(deployed))

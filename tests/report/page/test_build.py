@@ -284,7 +284,7 @@ def test_a_variant_that_hands_the_learner_the_reward_says_so(tmp_path: Path) -> 
     files = build_report([run.path], tmp_path / "out")
     told = "r_ld = \N{MINUS SIGN}r_e here"
     assert files.page.read_text().count(told) == 2
-    assert told in files.table_markdown.read_text()
+    assert f"is minus the attacker's reward. {told}" in files.table_markdown.read_text()
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -136,7 +136,7 @@ class Report:
         several = len(self.sections) > 1
         groups = [section.group for section in self.sections]
         return [
-            MadeGroup(_title(group) if several else "", {label: run.made for label, run in group.runs.items()})
+            MadeGroup(group.title if several else "", {label: run.made for label, run in group.runs.items()})
             for group in groups
         ]
 
@@ -146,8 +146,3 @@ class Report:
         return render(
             template, metrics=METRICS, returns_note=RETURNS_NOTE, used_metrics=used_metrics, rule=RULE, **values
         )
-
-
-def _title(group: GameGroup) -> str:
-    variant = str(group.game.get("variant", "")).replace("_", " ")
-    return f"{group.title}, {variant}" if variant else group.title

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from gsiirl.report.read.run import ReportedRun
@@ -18,6 +18,8 @@ class GameGroup:
     """Name for files, unique in a report."""
     runs: dict[str, ReportedRun]
     """By label, in the report's order."""
+    apart: str = ""
+    """What tells it from other games of the same name in the report; empty where its name is the only one."""
 
     @property
     def first(self) -> ReportedRun:
@@ -41,8 +43,9 @@ class GameGroup:
 
     @property
     def title(self) -> str:
-        """The game's name."""
-        return f"{self.words.title}: {self.game.get('name', 'unnamed game')}"
+        """The game's name, no other's in the report."""
+        name = f"{self.words.title}: {self.game.get('name', 'unnamed game')}"
+        return f"{name}, {self.apart}" if self.apart else name
 
     @property
     def variant(self) -> str:
@@ -103,7 +106,23 @@ def group_runs(runs: list[ReportedRun]) -> list[GameGroup]:
     groups: dict[str, list[ReportedRun]] = {}
     for run in runs:
         groups.setdefault(json.dumps([run.experiment, run.game], sort_keys=True), []).append(run)
-    return [GameGroup(f"game-{number}", _labelled(group)) for number, group in enumerate(groups.values(), start=1)]
+    return _told_apart(
+        [GameGroup(f"game-{number}", _labelled(group)) for number, group in enumerate(groups.values(), start=1)]
+    )
+
+
+def _told_apart(groups: list[GameGroup]) -> list[GameGroup]:
+    """Games of one name have their variant behind it; those of one variant as well which of how many they are."""
+    named = [(group.title, str(group.game.get("variant", "")).replace("_", " ")) for group in groups]
+    titles, alike = Counter(title for title, _ in named), Counter(named)
+    passed: Counter[tuple[str, str]] = Counter()
+    told = []
+    for group, name in zip(groups, named, strict=True):
+        passed[name] += 1
+        place = f"{passed[name]} of {alike[name]}" if alike[name] > 1 else ""
+        apart = ", ".join(filter(None, (name[1], place)))
+        told.append(replace(group, apart=apart) if titles[name[0]] > 1 else group)
+    return told
 
 
 def _labelled(runs: list[ReportedRun]) -> dict[str, ReportedRun]:

@@ -67,11 +67,11 @@ EXPERIMENTS = {
 """By experiment, in the order of the paper."""
 
 VARIANTS = {
-    "general_sum": "general-sum: what the defender loses need not be what the attacker gains",
-    "zero_sum": "the paper's variant: the defender's dependent reward is minus the attacker's reward",
-    "default": "both move at once: each wants to be at its goal soon, and the robot wants the human at ease as well",
-    "mpe": "as in MPE: both sides are after the same landmark, and the adversary does not know which of the two it is",
-    "separate_target": "general-sum: the adversary is after the other landmark, not after that of the good agents",
+    "general_sum": "General-sum: what the defender loses need not be what the attacker gains",
+    "zero_sum": "The paper's variant: the defender's dependent reward is minus the attacker's reward",
+    "default": "Both move at once: each wants to be at its goal soon, and the robot wants the human at ease as well",
+    "mpe": "As in MPE: both sides are after the same landmark, and the adversary does not know which of the two it is",
+    "separate_target": "General-sum: the adversary is after the other landmark, not after that of the good agents",
 }
 """The variants of games, in words."""
 
