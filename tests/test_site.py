@@ -4,8 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
-from docstrings import restructured
+from docstrings import plain, restructured, rewrite
+from jaxtyping import PRNGKeyArray
+from numpy.typing import ArrayLike
 from self_contained import remote_loads
+from sphinx.ext.napoleon import Config
+from sphinx.ext.napoleon.docstring import GoogleDocstring
+from sphinx.util.typing import stringify_annotation
 
 
 @pytest.mark.parametrize(
@@ -20,6 +25,30 @@ from self_contained import remote_loads
 )
 def test_plain_docstrings_mean_the_same_in_restructured_text(text: str, said: str) -> None:
     assert restructured(text) == said
+
+
+@pytest.mark.parametrize(
+    ("signature", "said"),
+    [
+        (f"(rows: {stringify_annotation(ArrayLike | None, 'smart')} = None)", "(rows: ArrayLike | None = None)"),
+        (f"(key: {stringify_annotation(PRNGKeyArray, 'smart')})", "(key: PRNGKeyArray)"),
+        ("(x: list[~typing.Annotated[float, ~pydantic.BeforeValidator(func=~a._b, c=d)]])", "(x: list[float])"),
+        ("(names: dict[str, str] = <factory>)", "(names: dict[str, str] = ...)"),
+        ("Bool[jaxlib._jax.Array, 'S'] | None", "Bool[Array, 'S'] | None"),
+    ],
+)
+def test_signatures_have_types_by_their_names(signature: str, said: str) -> None:
+    assert plain(signature) == said
+
+
+@pytest.mark.parametrize("what", ["attribute", "data", "property"])
+def test_what_stands_before_a_colon_is_not_taken_for_a_type(what: str) -> None:
+    lines = ["In words, what is open: single weights.", "", "Raises:", "    ValueError: nothing is known."]
+    rewrite(None, what, "Reward.open", None, None, lines)  # pyright: ignore[reportArgumentType]
+    shown = str(GoogleDocstring(lines, Config(), None, what, "Reward.open"))  # pyright: ignore[reportArgumentType]
+    assert "In words, what is open: single weights." in shown
+    assert ":type:" not in shown
+    assert ":raises ValueError: nothing is known." in shown
 
 
 def test_what_a_page_loads_from_elsewhere_is_found_and_links_are_not(tmp_path: Path) -> None:

@@ -4,10 +4,23 @@ import inspect
 import re
 from typing import Any
 
+from docutils import nodes
+from jaxtyping import PRNGKeyArray
+from numpy.typing import ArrayLike
+from sphinx.addnodes import desc_signature
 from sphinx.application import Sphinx
+from sphinx.util.typing import stringify_annotation
 
 import gsiirl
 
+# Unions that a signature has in full, by the names that the code has for them.
+NAMES = {
+    stringify_annotation(ArrayLike, "smart"): "ArrayLike",
+    stringify_annotation(PRNGKeyArray, "smart"): "PRNGKeyArray",
+}
+ANNOTATED = re.compile(r"(?:~?typing\.)?Annotated\[(\w+), [^()]*\([^()]*\)\]")
+# What Sphinx leaves of a field's Annotated[str, StringConstraints(...)].
+CONSTRAINED = re.compile(r"^StringConstraints\([^()]*\)\]$")
 CODE = re.compile(r"``.*?``|`[^`]*`")
 SPECIAL = re.compile(r"[*|\\]|(?<=\w)_(?=\W|$)")
 
@@ -28,14 +41,34 @@ def restructured(text: str) -> str:
 def rewrite(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     """Rewrite a docstring in place, before napoleon reads it."""
     lines[:] = restructured("\n".join(lines)).split("\n")
+    if what in ("attribute", "data", "property"):
+        # In the first line napoleon takes what stands before a colon for a type. An empty comment is shown nowhere.
+        lines[:0] = ["..", ""]
+
+
+def plain(signature: str) -> str:
+    """The same signature, with types by the names that they are known by."""
+    for union, name in NAMES.items():
+        signature = signature.replace(union, name)
+    signature = CONSTRAINED.sub("str", ANNOTATED.sub(r"\1", signature))
+    return signature.replace("<factory>", "...").replace("jaxlib._jax.Array", "Array")
 
 
 def shorter(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None]:
-    """Arrays in a signature by the name that they are known by."""
-    one, other = (text and text.replace("jaxlib._jax.Array", "Array") for text in (signature, returns))
-    return one, other
+    """Rewrite a signature before it is read."""
+    return (signature and plain(signature), returns and plain(returns))
+
+
+def tidy(app: Sphinx, page: nodes.document) -> None:
+    """Mend what cannot be reached before: types of fields, and a line on a type that its sentence says better."""
+    for signature in page.findall(desc_signature):
+        for text in list(signature.findall(nodes.Text)):
+            text.parent.replace(text, nodes.Text(plain(text)))
+    for line in list(page.findall(nodes.paragraph)):
+        if line.astext().startswith("alias of "):
+            line.parent.remove(line)
 
 
 def finite_signatures(app: Sphinx) -> None:
@@ -50,4 +83,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("builder-inited", finite_signatures)
     app.connect("autodoc-process-docstring", rewrite, priority=100)
     app.connect("autodoc-process-signature", shorter)
+    app.connect("doctree-read", tidy)
     return {"parallel_read_safe": True}
