@@ -252,6 +252,12 @@ def test_a_folder_that_cannot_be_used_is_told_before_anything_is_prepared(finish
         runner.run(replace(CONFIG, seeds=2), finished)
 
 
+def test_a_folder_that_holds_the_same_run_is_told_before_the_game_is_solved(finished, monkeypatch):
+    monkeypatch.setattr(runner, "_references", full)
+    with pytest.raises(InputError, match="holds this run already"):
+        runner.run(CONFIG, finished)
+
+
 def test_more_seeds_than_the_memory_holds_are_refused_before_there_is_a_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

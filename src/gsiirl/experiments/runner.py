@@ -63,9 +63,9 @@ def run(
     refuse_used(out, content)
     with jax.enable_x64(config.double_precision), _on_device(config.device), _shown(config, told) as tell:
         prepared = _prepare(config, None)
+        refuse_used(out, content, prepared.game)
         _check_memory(config, prepared)
         references = _references(config, prepared)
-        refuse_used(out, content, prepared.game)
         with locked(out, "--out"):
             folder = RunFolder.create(out, content, prepared.game)
             _go_on(folder, config, prepared, references, None, tell, rows_to)
