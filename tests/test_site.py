@@ -4,10 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
-from docstrings import plain, restructured, rewrite
+from docstrings import plain, restructured, rewrite, tidy
+from docutils.nodes import paragraph
+from docutils.utils import new_document
 from jaxtyping import PRNGKeyArray
 from numpy.typing import ArrayLike
 from self_contained import remote_loads
+from sphinx.addnodes import desc, desc_content, desc_signature
 from sphinx.ext.napoleon import Config
 from sphinx.ext.napoleon.docstring import GoogleDocstring
 from sphinx.util.typing import stringify_annotation
@@ -39,6 +42,17 @@ def test_plain_docstrings_mean_the_same_in_restructured_text(text: str, said: st
 )
 def test_signatures_have_types_by_their_names(signature: str, said: str) -> None:
     assert plain(signature) == said
+
+
+def test_types_of_fields_are_short_and_lines_on_aliases_are_left_out_of_descriptions_alone() -> None:
+    signature = desc_signature("", "held: Int[jaxlib._jax.Array, '']")
+    content = desc_content("", paragraph("", "What is held."), paragraph("", "alias of Sides[']]"))
+    page = new_document("page")
+    page += [desc("", signature, content), paragraph("", "alias of nothing, in prose")]
+    tidy(None, page)  # pyright: ignore[reportArgumentType]
+    assert signature.astext() == "held: Int[Array, '']"
+    assert content.astext() == "What is held."
+    assert page.astext().endswith("alias of nothing, in prose")
 
 
 @pytest.mark.parametrize("what", ["attribute", "data", "property"])

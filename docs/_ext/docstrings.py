@@ -7,13 +7,13 @@ from typing import Any
 from docutils import nodes
 from jaxtyping import PRNGKeyArray
 from numpy.typing import ArrayLike
-from sphinx.addnodes import desc_signature
+from sphinx.addnodes import desc_content, desc_signature
 from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
 
 import gsiirl
 
-# Unions that a signature has in full, by the names that the code has for them.
+# Unions that Sphinx writes out in full, and what the code calls them.
 NAMES = {
     stringify_annotation(ArrayLike, "smart"): "ArrayLike",
     stringify_annotation(PRNGKeyArray, "smart"): "PRNGKeyArray",
@@ -62,13 +62,12 @@ def shorter(
 
 
 def tidy(app: Sphinx, page: nodes.document) -> None:
-    """Mend what cannot be reached before: types of fields, and a line on a type that its sentence says better."""
+    """Shorten types of fields, which no earlier event hands over; drop the lines "alias of", which Sphinx garbles."""
     for signature in page.findall(desc_signature):
         for text in list(signature.findall(nodes.Text)):
             text.parent.replace(text, nodes.Text(plain(text)))
-    for line in list(page.findall(nodes.paragraph)):
-        if line.astext().startswith("alias of "):
-            line.parent.remove(line)
+    for content in page.findall(desc_content):
+        content[:] = [part for part in content if not part.astext().startswith("alias of ")]
 
 
 def finite_signatures(app: Sphinx) -> None:
